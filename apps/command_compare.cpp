@@ -10,7 +10,7 @@
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/core/system/internal/processes.h>
-#include <selvedge/pictures/result_view.h>
+#include <selvedge/pictures/internal/result_view.h>
 
 #include <chrono>
 #include <cstdio>

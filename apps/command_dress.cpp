@@ -7,11 +7,11 @@
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/files.h>
-#include <selvedge/dress/dress_batch.h>
 #include <selvedge/dress/dress_result.h>
-#include <selvedge/garment/pattern_svg.h>
+#include <selvedge/dress/internal/dress_batch.h>
+#include <selvedge/garment/internal/pattern_svg.h>
 #include <selvedge/garment/sewing_pattern.h>
-#include <selvedge/pictures/result_view.h>
+#include <selvedge/pictures/internal/result_view.h>
 #include <selvedge/scene/fabric_file.h>
 #include <selvedge/scene/methods.h>
 

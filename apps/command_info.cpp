@@ -3,8 +3,8 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
+#include <selvedge/bodies/internal/mesh_groups.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/detection/find.h>

@@ -14,9 +14,9 @@
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/lab/identify.h>
 #include <selvedge/run/frame_writer.h>
+#include <selvedge/scene/internal/scene_text.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/scene/scene.h>
-#include <selvedge/scene/scene_text.h>
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/system/internal/files.h>
-#include <selvedge/pictures/measure_pictures.h>
+#include <selvedge/pictures/internal/measure_pictures.h>
 #include <selvedge/run/measure_result.h>
 #include <selvedge/scene/methods.h>
 

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/compare/ablation.h>
 #include <selvedge/compare/compare_table.h>
+#include <selvedge/compare/internal/ablation.h>
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/files.h>

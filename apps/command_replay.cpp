@@ -3,10 +3,10 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/run/replay.h>
+#include <selvedge/run/internal/replay.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>
-#include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/internal/explain_step.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>

@@ -3,7 +3,7 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/option_values.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/bodies/animation_file.h>
+#include <selvedge/bodies/internal/animation_file.h>
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/run/result_folder.h>
 

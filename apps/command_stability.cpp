@@ -6,7 +6,7 @@
 #include <selvedge/apps/detail/output_file.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/compare/compare_plan.h>
-#include <selvedge/compare/stability.h>
+#include <selvedge/compare/internal/stability.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/core/system/internal/files.h>

@@ -3,7 +3,7 @@
 
 #include <fmt/core.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/compare/stability.h>
+#include <selvedge/compare/internal/stability.h>
 #include <selvedge/scene/methods.h>
 
 #include <algorithm>

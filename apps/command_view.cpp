@@ -8,7 +8,7 @@
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/system/internal/files.h>
-#include <selvedge/pictures/result_view.h>
+#include <selvedge/pictures/internal/result_view.h>
 #include <selvedge/scene/methods.h>
 
 #include <filesystem>

@@ -11,7 +11,7 @@
 // minimum of interleaved repeats.
 #include <fmt/format.h>
 #include <selvedge/apps/command_line.h>
-#include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/broadphase/internal/minimal_enclosure.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/types.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/animation_source.h>
 #include <selvedge/bodies/detail/mesh_source.h>
+#include <selvedge/bodies/internal/mesh_groups.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/core/system/internal/libraries.h>
 #include <selvedge/core/system/internal/processes.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/mesh_source.h>
-#include <selvedge/bodies/mesh_groups.h>
+#include <selvedge/bodies/internal/mesh_groups.h>
 
 #include <algorithm>
 #include <array>

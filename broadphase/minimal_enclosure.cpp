@@ -19,7 +19,7 @@
 // body. A scene states the paper's fabric-fabric cases (neighbours, parts that cannot meet) in
 // contact.pairs.
 #include <selvedge/broadphase/detail/body_enclosure.h>
-#include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/broadphase/internal/minimal_enclosure.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 
 #include <cmath>

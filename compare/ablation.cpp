@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/ablation.h>
 #include <selvedge/compare/detail/compare_error.h>
+#include <selvedge/compare/internal/ablation.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/run_result.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/compare/ablation.h>
 #include <selvedge/compare/detail/compare_error.h>
+#include <selvedge/compare/internal/ablation.h>
 #include <selvedge/core/base/registry.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/run/result_folder.h>

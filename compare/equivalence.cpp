@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/compare/ablation.h>
+#include <selvedge/compare/internal/ablation.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/compare/stability.h>
+#include <selvedge/compare/internal/stability.h>
 #include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>

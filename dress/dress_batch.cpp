@@ -7,7 +7,7 @@
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/core/system/internal/read_file.h>
-#include <selvedge/dress/dress_batch.h>
+#include <selvedge/dress/internal/dress_batch.h>
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <algorithm>

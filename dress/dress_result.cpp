@@ -7,7 +7,7 @@
 #include <selvedge/dress/detail/colour_scales.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/dress_result.h>
-#include <selvedge/pictures/garment_pictures.h>
+#include <selvedge/pictures/internal/garment_pictures.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/simulation/run_result.h>

@@ -2,7 +2,7 @@
 //
 // Many garments on several machines or processors: a Snakemake workflow [Molder2021].
 #include <selvedge/core/system/internal/files.h>
-#include <selvedge/dress/dress_batch.h>
+#include <selvedge/dress/internal/dress_batch.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/elementary.h>
-#include <selvedge/garment/pattern_svg.h>
+#include <selvedge/garment/internal/pattern_svg.h>
 
 #include <algorithm>
 #include <cmath>

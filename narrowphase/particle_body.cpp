@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/internal/elementary.h>
-#include <selvedge/narrowphase/particle_body.h>
+#include <selvedge/narrowphase/internal/particle_body.h>
 
 #include <algorithm>
 #include <array>

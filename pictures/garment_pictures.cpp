@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/pictures/garment_pictures.h>
+#include <selvedge/pictures/internal/garment_pictures.h>
 #include <selvedge/pictures/picture_files.h>
 #include <selvedge/pictures/renderer/render.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/pictures/measure_pictures.h>
+#include <selvedge/pictures/internal/measure_pictures.h>
 
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/pictures/picture_files.h>

@@ -5,8 +5,8 @@
 #include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/narrowphase/query_file.h>
 #include <selvedge/pictures/detail/view_fields.h>
-#include <selvedge/pictures/result_view.h>
-#include <selvedge/run/replay.h>
+#include <selvedge/pictures/internal/result_view.h>
+#include <selvedge/run/internal/replay.h>
 #include <selvedge/run/result_folder.h>
 
 #include <algorithm>

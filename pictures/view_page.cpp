@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/html.h>
 #include <selvedge/pictures/detail/view_page.h>
-#include <selvedge/pictures/result_view.h>
+#include <selvedge/pictures/internal/result_view.h>
 
 #include <algorithm>
 #include <bit>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/run/replay.h>
+#include <selvedge/run/internal/replay.h>
 #include <selvedge/simulation/step_report.h>
 
 #include <limits>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/run/replay.h>
+#include <selvedge/run/internal/replay.h>
 #include <selvedge/run/result_folder.h>
 
 #include <algorithm>

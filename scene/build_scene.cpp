@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/bodies/internal/mesh_groups.h>
 #include <selvedge/bodies/internal/sequence_leap.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/bodies/mesh_groups.h>
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/bodies/weld.h>
 #include <selvedge/core/cloth/cloth_mesh.h>

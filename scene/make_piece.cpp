@@ -4,8 +4,8 @@
 #include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/core/cloth/fabric_laws.h>
 #include <selvedge/core/cloth/measure.h>
+#include <selvedge/core/patterns/internal/make_plate.h>
 #include <selvedge/core/patterns/make_cloth.h>
-#include <selvedge/core/patterns/make_plate.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/strip_path.h>
 #include <selvedge/scene/internal/adaptive_cloth.h>

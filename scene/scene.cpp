@@ -9,8 +9,8 @@
 #include <selvedge/scene/detail/read_values.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/detail/select_vertices.h>
+#include <selvedge/scene/internal/scene_text.h>
 #include <selvedge/scene/scene.h>
-#include <selvedge/scene/scene_text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <selvedge/scene/detail/field_json.h>
+#include <selvedge/scene/internal/scene_text.h>
 #include <selvedge/scene/methods.h>
-#include <selvedge/scene/scene_text.h>
 
 #include <algorithm>
 #include <cmath>

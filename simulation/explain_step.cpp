@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/simulation/detail/inquiry.h>
-#include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/internal/explain_step.h>
 
 #include <algorithm>
 

@@ -4,11 +4,11 @@
 // one sentence that names the file.
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/garment/sewing_pattern.h>
+#include <selvedge/pictures/internal/result_view.h>
 #include <selvedge/pictures/result_pictures.h>
-#include <selvedge/pictures/result_view.h>
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/run_folder.h>
-#include <selvedge/run/replay.h>
+#include <selvedge/run/internal/replay.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/fabric_file.h>
 #include <sys/stat.h>

@@ -5,7 +5,7 @@
 #include <selvedge/bodies/driven_body.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/scene/scene_text.h>
+#include <selvedge/scene/internal/scene_text.h>
 #include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/bodies/animation_file.h>
 #include <selvedge/bodies/detail/mesh_source.h>
+#include <selvedge/bodies/internal/animation_file.h>
 
 #include <functional>
 #include <string>

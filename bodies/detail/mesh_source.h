@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/bodies/internal/mesh_groups.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/bodies/mesh_groups.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -3,7 +3,7 @@
 
 #include <selvedge/broadphase/detail/box_scan.h>
 #include <selvedge/broadphase/detail/frustum.h>
-#include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/broadphase/internal/minimal_enclosure.h>
 
 #include <array>
 #include <cstdint>

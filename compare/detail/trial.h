@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/compare/stability.h>
+#include <selvedge/compare/internal/stability.h>
 #include <selvedge/scene/scene.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>

@@ -12,8 +12,8 @@
 #include <selvedge/core/cloth/detail/topology.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/core/cloth/measure.h>
+#include <selvedge/core/patterns/internal/make_plate.h>
 #include <selvedge/core/patterns/make_cloth.h>
-#include <selvedge/core/patterns/make_plate.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/pictures/result_view.h>
+#include <selvedge/pictures/internal/result_view.h>
 #include <selvedge/scene/build.h>
 
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/run/replay.h>
+#include <selvedge/run/internal/replay.h>
 
 #include <filesystem>
 

@@ -3,7 +3,7 @@
 
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/scene/scene.h>
-#include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/internal/explain_step.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/step_report.h>
 

@@ -13,7 +13,7 @@
 #include <selvedge/simulation/detail/strain_stage.h>
 #include <selvedge/simulation/detail/untangle.h>
 #include <selvedge/simulation/detail/validate_step.h>
-#include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/internal/explain_step.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation_state.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/internal/explain_step.h>
 
 #include <algorithm>
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/animation_file.h>
+#include <selvedge/bodies/internal/animation_file.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <selvedge/bodies/internal/mesh_groups.h>
 #include <selvedge/bodies/mesh_file.h>
-#include <selvedge/bodies/mesh_groups.h>
 #include <unistd.h>
 
 #include <filesystem>

@@ -2,7 +2,7 @@
 // The minimal enclosure: everything of a body is inside it, and what is dropped outside of it loses
 // no pair of boxes that brute force finds, nor any that collides.
 #include <gtest/gtest.h>
-#include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/broadphase/internal/minimal_enclosure.h>
 #include <selvedge/compare/detectors/conformance.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/base/types.h>

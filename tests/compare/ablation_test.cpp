@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // When a part of a scene may go: equivalence over seeds, and what the program says of it.
 #include <gtest/gtest.h>
-#include <selvedge/compare/ablation.h>
+#include <selvedge/compare/internal/ablation.h>
 
 #include <cmath>
 #include <random>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The largest stable steps that `stability` finds, against what theory says of them.
 #include <gtest/gtest.h>
-#include <selvedge/compare/stability.h>
+#include <selvedge/compare/internal/stability.h>
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Batches of garments: the list, resumption, and the page.
 #include <gtest/gtest.h>
-#include <selvedge/dress/dress_batch.h>
+#include <selvedge/dress/internal/dress_batch.h>
 
 #include <filesystem>
 #include <fstream>

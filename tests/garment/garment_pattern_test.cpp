@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <selvedge/garment/internal/pattern_svg.h>
 #include <selvedge/garment/panel_mesh.h>
-#include <selvedge/garment/pattern_svg.h>
 
 #include <array>
 #include <cmath>

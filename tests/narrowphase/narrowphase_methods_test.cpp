@@ -5,7 +5,7 @@
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/cubic.h>
 #include <selvedge/narrowphase/distance.h>
-#include <selvedge/narrowphase/particle_body.h>
+#include <selvedge/narrowphase/internal/particle_body.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

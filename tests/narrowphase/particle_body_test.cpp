@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A particle against analytic bodies: times against the signed distance traced along the path.
 #include <gtest/gtest.h>
-#include <selvedge/narrowphase/particle_body.h>
+#include <selvedge/narrowphase/internal/particle_body.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/base/internal/html.h>
-#include <selvedge/pictures/result_view.h>
+#include <selvedge/pictures/internal/result_view.h>
 #include <selvedge/scene/scene.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Animated meshes of other programs.
 #include <gtest/gtest.h>
-#include <selvedge/bodies/animation_file.h>
+#include <selvedge/bodies/internal/animation_file.h>
 #include <selvedge/core/base/internal/html.h>
 #include <selvedge/run/frame_writer.h>
 #include <unistd.h>

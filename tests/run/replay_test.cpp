@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/response/fail_safe.h>
-#include <selvedge/run/replay.h>
+#include <selvedge/run/internal/replay.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
-#include <selvedge/simulation/explain_step.h>
+#include <selvedge/simulation/internal/explain_step.h>
 #include <selvedge/simulation/step_report.h>
 
 #include <algorithm>

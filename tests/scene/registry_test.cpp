@@ -4,7 +4,7 @@
 // scene files, and that a method made by name is the one that its make function makes.
 #include <gtest/gtest.h>
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/minimal_enclosure.h>
+#include <selvedge/broadphase/internal/minimal_enclosure.h>
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/core/base/registry.h>
 #include <selvedge/narrowphase/ccd_methods.h>

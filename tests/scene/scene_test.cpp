@@ -2,7 +2,7 @@
 #include "scene_file.h"
 
 #include <selvedge/core/cloth/fabric_laws.h>
-#include <selvedge/scene/scene_text.h>
+#include <selvedge/scene/internal/scene_text.h>
 
 #include <iostream>
 #include <map>

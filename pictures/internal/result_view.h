@@ -86,9 +86,10 @@ struct ViewConfig {
 /// std::invalid_argument if there are none.
 std::vector<int> view_frames(const std::filesystem::path& result);
 
-/// Reads a result folder (layout: run/result_folder.h), a failure bundle (run/replay.h) or a single
-/// mesh file. Throws std::invalid_argument if there is nothing to show or a file is damaged. If the
-/// scene of the result can no longer be built, the view has no strains, and a note says why.
+/// Reads a result folder (layout: run/result_folder.h), a failure bundle (run/internal/replay.h) or
+/// a single mesh file. Throws std::invalid_argument if there is nothing to show or a file is
+/// damaged. If the scene of the result can no longer be built, the view has no strains, and a note
+/// says why.
 ResultView read_view(const std::filesystem::path& result, const ViewConfig& config = {});
 
 /// Keeps the frames that both have, and adds to each the distance of every vertex from the same

@@ -33,13 +33,13 @@ Vec3 normal_of(const TriangleMesh& body, std::int32_t triangle) {
 /// Distance of a vertex from a triangle that faces it, m: positive if the triangle lies ahead,
 /// negative if the vertex is in another part of the body, and nullopt if the triangle is only the
 /// other side of a thin part.
-std::optional<double> gap_ahead(const TriangleMesh& body, const Vec3& normal,
-                                const Proximity& near) {
+std::optional<double> gap_ahead(const TriangleMesh& body, const detail::WindingNumber& winding,
+                                const Vec3& normal, const Proximity& near) {
   const double ahead = -normal.dot(near.normal);  // `near.normal` points towards the vertex
   if (ahead > kAhead) return near.gap;
   if (ahead > -kAhead) return std::nullopt;
   const Vec3 above = body.vertices[near.vertex[0]] + kAbove * normal;
-  if (detail::winding_number(body, above) < 0.5) return std::nullopt;
+  if (winding.at(above) < 0.5) return std::nullopt;
   return -near.gap;
 }
 
@@ -47,11 +47,12 @@ std::optional<double> gap_ahead(const TriangleMesh& body, const Vec3& normal,
 std::vector<double> distances_back(const TriangleMesh& body, std::span<const Vec3> normals,
                                    double room) {
   std::vector<double> back(body.vertices.size(), 0.0);
+  const detail::WindingNumber winding(body);
   for (const Proximity& near : find_contacts(body.vertices, body.triangles, room)) {
     if (near.kind == ContactKind::edge_edge) continue;
     const std::int32_t vertex = near.vertex[0];
     if (normals[vertex].dot(normal_of(body, near.primitive_b)) > kFacing) continue;
-    if (const auto gap = gap_ahead(body, normals[vertex], near))
+    if (const auto gap = gap_ahead(body, winding, normals[vertex], near))
       back[vertex] = std::max(back[vertex], 0.5 * (room - *gap));
   }
   return back;

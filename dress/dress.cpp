@@ -8,7 +8,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <optional>
 #include <stdexcept>
 
@@ -197,15 +196,26 @@ class PhaseTime {
   Stopwatch watch_;
 };
 
-detail::Garment make_start(const SewingPattern& pattern, const DressConfig& config,
-                           double edge_length, DressResult& result) {
+void leave_room(const TriangleMesh& body, double room, DressResult& result) {
   const PhaseTime time(result, "start");
+  BodyRoom made = make_room(body, room);
+  result.body = std::move(made.body);
+  result.body_moved = made.vertices;
+  result.body_moved_by = made.largest;
+}
+
+detail::Garment make_start(const SewingPattern& pattern, const DressConfig& config,
+                           double edge_length, const detail::Deadline& deadline,
+                           DressResult& result) {
+  const PhaseTime time(result, "start");
+  deadline.check();
   PanelMeshConfig mesh;
   mesh.edge_length = edge_length;
   mesh.limits = config.limits;
   GarmentMesh panels = mesh_garment(pattern, mesh);
   start_report(panels, result);
-  result.moved = find_free_start(panels, result.body, config.largest_move, config.under);
+  result.moved = find_free_start(panels, result.body, config.largest_move, config.under,
+                                 [&] { deadline.check(); });
   return detail::start_garment(panels, config.under, config.held_labels);
 }
 
@@ -227,13 +237,19 @@ std::vector<detail::SewAttempt> sew_attempts(const detail::Garment& garment) {
           {0.2, {SeamChoice::all}}};
 }
 
+/// A failure with what the mesh says about the pattern, which may be its cause.
+std::string with_notes(std::string failure, const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) failure += "; note: " + note;
+  return failure;
+}
+
 /// The garment with all seams closed, by the first attempt that closes them. If none does, the one
 /// with the smallest opening of those that are nearly closed, which goes on with an open seam.
 detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dressing,
                      DressResult& result) {
   const PhaseTime time(result, "sew");
   std::optional<detail::Garment> nearly_closed;
-  std::exception_ptr failure;
+  std::string failure;
   int best = 0;
   for (const detail::SewAttempt& attempt : sew_attempts(start)) {
     detail::Garment garment = start;
@@ -251,27 +267,13 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
       const std::size_t s = garment.widest_seam();
       throw DressOverBudget(fmt::format("{}; {} is still open by {:.1f} mm", over.what(),
                                         result.seams[s].name, 1e3 * garment.opening(s)));
-    } catch (const DressFailed&) {
-      failure = std::current_exception();
+    } catch (const DressFailed& failed) {
+      failure = failed.what();
     }
   }
-  if (!nearly_closed) std::rethrow_exception(failure);
+  if (!nearly_closed) throw DressFailed(with_notes(failure, result.notes));
   if (best != result.attempts && dressing.observer.restart) dressing.observer.restart();
   return std::move(*nearly_closed);
-}
-
-/// The observer, which also ends the dressing once its time is spent.
-DressObserver watched(const DressObserver& observer, double budget) {
-  return {.frame = observer.frame,
-          .accepted =
-              [&accepted = observer.accepted, budget, watch = Stopwatch()](const Simulation& now,
-                                                                           DressPhase phase) {
-                if (accepted) accepted(now, phase);
-                if (watch.seconds() > budget)
-                  throw DressOverBudget(fmt::format("not finished within {:g} s", budget));
-              },
-          .restart = observer.restart,
-          .pose = observer.pose};
 }
 
 }  // namespace
@@ -327,21 +329,18 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
                   const Methods& methods, const DressObserver& observer) {
   check(config);
   check_poses(body, config.motion.poses);
-  const DressObserver watching = watched(observer, config.budget);
+  const detail::Deadline deadline(config.budget);
   DressResult result;
   result.strain_limit = config.fabric.strain_limit;
   result.fabric_name = config.fabric_name;
   result.body_friction = config.body_friction;
   result.largest_drop = config.largest_drop;
-  BodyRoom room = make_room(body, config.body_room);
-  result.body = std::move(room.body);
-  result.body_moved = room.vertices;
-  result.body_moved_by = room.largest;
+  leave_room(body, config.body_room, result);
   check_under(config.under, result.body);
   for (const WornGarment& worn : config.under) result.under.push_back({.garment = worn});
   const Levels levels = levels_of(config);
-  const detail::Garment start = make_start(pattern, config, levels.edge_length, result);
-  const detail::Dressing dressing{result.body, config, methods, watching};
+  const detail::Garment start = make_start(pattern, config, levels.edge_length, deadline, result);
+  const detail::Dressing dressing{result.body, config, methods, observer, deadline};
   detail::Garment garment = sewn(start, dressing, result);
   {
     const PhaseTime time(result, "settle");

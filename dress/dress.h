@@ -229,9 +229,10 @@ void make_room(std::vector<TriangleMesh>& frames, double room);
 
 /// The garment with panels moved outward until nothing crosses: no panel the body, another panel or
 /// a garment that is worn below. Throws DressFailed that names the panel for which no free place
-/// was found.
+/// was found. Calls `round`, which may be empty and may throw, before each of the moves.
 std::vector<MovedPanel> find_free_start(GarmentMesh& garment, const TriangleMesh& body,
                                         double largest_move,
-                                        std::span<const WornGarment> under = {});
+                                        std::span<const WornGarment> under = {},
+                                        const std::function<void()>& round = {});
 
 }  // namespace selvedge

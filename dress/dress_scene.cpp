@@ -273,9 +273,12 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   return made;
 }
 
-std::unique_ptr<Simulation> start_simulation(DressScene& scene, const Methods& methods) {
-  return std::make_unique<Simulation>(with_fixed_mesh(scene.scene), std::move(scene.built),
-                                      methods);
+std::unique_ptr<Simulation> start_simulation(DressScene& scene, const Dressing& dressing) {
+  dressing.deadline.check();
+  auto simulation = std::make_unique<Simulation>(with_fixed_mesh(scene.scene),
+                                                 std::move(scene.built), dressing.methods);
+  simulation->set_trace(&dressing.deadline.trace());
+  return simulation;
 }
 
 double merge_distance(const Stitching& stitch, const DressConfig& config, double share) {
@@ -305,7 +308,7 @@ std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
   return event.pairs.size();
 }
 
-std::size_t move_together(const Simulation& simulation, Garment& garment, const DressConfig& config,
+std::size_t move_together(const Simulation& simulation, Garment& garment, const Dressing& dressing,
                           double share) {
   const std::span<const Triangle> triangles = simulation.cloth_triangles();
   const std::vector<Vec3>& body = simulation.body_positions();
@@ -320,10 +323,11 @@ std::size_t move_together(const Simulation& simulation, Garment& garment, const 
   std::set<std::int32_t> moved;
   std::size_t tries = 0;
   for (std::size_t s = 0; s < garment.stitches.size(); ++s) {
-    const double near = merge_distance(garment.stitches[s], config, share);
+    const double near = merge_distance(garment.stitches[s], dressing.config, share);
     for (const Edge& pair : garment.open_pairs(s)) {
       if (pair_distance(garment, pair) > near || tries == kMostMoves) continue;
       if (moved.contains(pair[0]) || moved.contains(pair[1])) continue;
+      dressing.deadline.check();
       ++tries;
       for (const auto& [v, other] : {Edge{pair[0], pair[1]}, Edge{pair[1], pair[0]}}) {
         std::vector<Vec3> to = x;
@@ -366,6 +370,11 @@ double max_stretch(const Simulation& simulation, std::size_t piece) {
   for (const Spring& spring : built.cloth.springs)
     if (begin <= spring.a && spring.a < end) springs.push_back(spring);
   return spring_strains(springs, simulation.positions()).max;
+}
+
+void Deadline::check() const {
+  if (watch_.seconds() > budget_)
+    throw DressOverBudget(fmt::format("not finished within {:g} s", budget_));
 }
 
 double closed_opening(const DressConfig& config) { return kOpeningShare * config.edge_length; }

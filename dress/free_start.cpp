@@ -21,16 +21,23 @@ constexpr double kParallel = 0.9;  // cosine above which two panels face the sam
 class FreeStart {
  public:
   FreeStart(GarmentMesh& garment, const TriangleMesh& body, double largest_move,
-            std::span<const WornGarment> under)
-      : garment_(garment), body_(body), largest_move_(largest_move), under_(under) {
+            std::span<const WornGarment> under, const std::function<void()>& round)
+      : garment_(garment),
+        body_(body),
+        winding_(body),
+        largest_move_(largest_move),
+        under_(under),
+        round_(round) {
     const std::size_t panels = garment.panel_names.size();
     for (std::size_t p = 0; p < panels; ++p) outward_.push_back(outward(p));
     moved_.assign(panels, 0.0);
   }
 
   std::vector<MovedPanel> find() {
-    for (std::set<std::int32_t> panels = crossing(); !panels.empty(); panels = crossing())
+    for (std::set<std::int32_t> panels = crossing(); !panels.empty(); panels = crossing()) {
+      if (round_) round_();
       for (const std::int32_t p : panels) move(p);
+    }
     std::vector<MovedPanel> list;
     for (std::size_t p = 0; p < moved_.size(); ++p)
       if (moved_[p] > 0.0) list.push_back({static_cast<std::int32_t>(p), moved_[p] * outward_[p]});
@@ -79,7 +86,7 @@ class FreeStart {
         found.insert(panel(pair.triangle_a));
     for (std::size_t p = 0; p < moved_.size(); ++p)
       if (!found.contains(static_cast<std::int32_t>(p)) &&
-          std::abs(detail::winding_number(body_, vertices(p).front())) > 0.5)
+          std::abs(winding_.at(vertices(p).front())) > 0.5)
         found.insert(static_cast<std::int32_t>(p));
     for (const TrianglePair& pair : find_meetings(garment_.placed, triangles).all()) {
       const std::int32_t a = std::min(panel(pair.triangle_a), panel(pair.triangle_b)),
@@ -92,8 +99,10 @@ class FreeStart {
 
   GarmentMesh& garment_;
   const TriangleMesh& body_;
+  detail::WindingNumber winding_;
   double largest_move_;
   std::span<const WornGarment> under_;
+  const std::function<void()>& round_;
   std::vector<Vec3> outward_;
   std::vector<double> moved_;  // m
 };
@@ -101,8 +110,9 @@ class FreeStart {
 }  // namespace
 
 std::vector<MovedPanel> find_free_start(GarmentMesh& garment, const TriangleMesh& body,
-                                        double largest_move, std::span<const WornGarment> under) {
-  return FreeStart(garment, body, largest_move, under).find();
+                                        double largest_move, std::span<const WornGarment> under,
+                                        const std::function<void()>& round) {
+  return FreeStart(garment, body, largest_move, under, round).find();
 }
 
 }  // namespace selvedge

@@ -79,7 +79,7 @@ class Posing {
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
     driven_ = &drive_body(scene_->built, 0);
-    simulation_ = start_simulation(*scene_, dressing_.methods);
+    simulation_ = start_simulation(*scene_, dressing_);
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, DressPhase::move);
   }
 

@@ -117,7 +117,7 @@ class Settling {
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
     try {
-      simulation_ = start_simulation(*scene_, dressing_.methods);
+      simulation_ = start_simulation(*scene_, dressing_);
     } catch (const std::invalid_argument& error) {
       throw DressFailed(fmt::format("phase {}: {}", phase_name(phase_), error.what()));
     }
@@ -152,7 +152,7 @@ class Settling {
   void merge() {
     if (garment_.open_pairs() == 0) return;
     if (frame_of_simulation_ > kMoveAfter &&
-        move_together(*simulation_, garment_, config_, kMergeShare) > 0)
+        move_together(*simulation_, garment_, dressing_, kMergeShare) > 0)
       reopen();
     if (merge_closed(*scene_, *simulation_, dressing_.methods, garment_, result_) > 0) reopen();
   }

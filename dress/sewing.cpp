@@ -73,7 +73,7 @@ class Sewing {
                                  .seams = stage()};
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
-    simulation_ = start_simulation(*scene_, dressing_.methods);
+    simulation_ = start_simulation(*scene_, dressing_);
     frame_of_simulation_ = 0;
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, DressPhase::sew);
   }
@@ -146,7 +146,7 @@ class Sewing {
   /// Merges pairs that are near but blocked, after one vertex of each has been moved to the other.
   bool merge_blocked() {
     const Stopwatch watch;
-    const std::size_t moved = move_together(*simulation_, garment_, config_, merge_share_);
+    const std::size_t moved = move_together(*simulation_, garment_, dressing_, merge_share_);
     result_.seconds["sew/merge"] += watch.seconds();
     if (moved == 0) return false;
     reopen();

@@ -62,12 +62,16 @@ void bend(const SewingPattern& pattern, const DividedEdge& border, bool mirrored
           std::vector<Vec3>& flat) {
   const PatternPanel& panel = pattern.panels[static_cast<std::size_t>(border.panel)];
   const auto pieces = static_cast<std::int32_t>(border.vertices.size()) - 1;
+  if (pieces == 0) return;  // joined with its neighbours
   const std::vector<Vec2> curve = divide_edge(panel, border.edge, pieces);
   const double sign = mirrored ? -1.0 : 1.0;
   const auto laid = [&](std::size_t i) { return Vec3(sign * curve[i].x(), curve[i].y(), 0.0); };
-  const Vec3 shift = flat[border.vertices.front()] - laid(0);
+  // The shifts of both ends differ where a joined edge begins or ends.
+  const Vec3 first = flat[border.vertices.front()] - laid(0),
+             last = flat[border.vertices.back()] - laid(curve.size() - 1);
   for (std::size_t i = 1; i < border.vertices.size(); i += 2)
-    flat[border.vertices[i]] = laid(i) + shift;
+    flat[border.vertices[i]] =
+        laid(i) + first + static_cast<double>(i) / pieces * (last - first);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <selvedge/core/base/internal/check.h>
 #include <selvedge/garment/detail/panel_quality.h>
 #include <selvedge/garment/detail/pattern_names.h>
+#include <selvedge/garment/detail/short_edges.h>
 #include <selvedge/garment/detail/side_parity.h>
 #include <selvedge/garment/panel_mesh.h>
 
@@ -22,14 +23,20 @@ constexpr double kFlat = 1e-3;
 
 std::int32_t count_of(const auto& list) { return static_cast<std::int32_t>(list.size()); }
 
-/// Number of sides into which each edge of each panel is divided.
+/// Number of sides into which each edge of each panel is divided; 0 for one that is joined.
 std::vector<std::vector<std::int32_t>> divisions(const SewingPattern& pattern,
-                                                 const PanelMeshConfig& config) {
+                                                 const PanelMeshConfig& config,
+                                                 const detail::ShortEdges& short_edges) {
   std::vector<std::vector<std::int32_t>> pieces;
-  for (const PatternPanel& panel : pattern.panels) {
+  for (std::int32_t p = 0; p < count_of(pattern.panels); ++p) {
+    const PatternPanel& panel = pattern.panels[p];
     std::vector<std::int32_t>& of_panel = pieces.emplace_back();
     const std::int32_t edges = count_of(panel.edges);
     for (std::int32_t e = 0; e < edges; ++e) {
+      if (short_edges.is_joined(p, e)) {
+        of_panel.push_back(0);
+        continue;
+      }
       const double wanted = edge_length(panel, e) / config.edge_length;
       if (!(wanted < static_cast<double>(config.vertices)))
         throw std::invalid_argument(fmt::format(
@@ -101,15 +108,17 @@ class OuterSides {
 
 class GarmentMesher {
  public:
-  GarmentMesher(const SewingPattern& pattern, const PanelMeshConfig& config)
-      : pattern_(pattern), config_(config) {}
+  GarmentMesher(const SewingPattern& pattern, const PanelMeshConfig& config,
+                const detail::ShortEdges& short_edges)
+      : pattern_(pattern), config_(config), short_edges_(short_edges) {}
 
   GarmentMesh run() {
     mesh_.name = pattern_.name;
+    mesh_.notes = short_edges_.notes();
     const std::vector<SeamDirection> directions = seam_directions(pattern_);
     const OuterSides sides(pattern_, directions);
     const std::vector<char> turned = sides.turned();
-    const auto pieces = divisions(pattern_, config_);
+    const auto pieces = divisions(pattern_, config_, short_edges_);
     for (std::int32_t p = 0; p < count_of(pattern_.panels); ++p) {
       const bool mirror = (panel_area(pattern_.panels[p]) < 0.0) != (turned[p] != 0);
       if (turned[p])
@@ -140,7 +149,8 @@ class GarmentMesher {
     std::vector<std::int32_t> starts;
     for (std::int32_t e = 0; e < count_of(panel.edges); ++e) {
       starts.push_back(count_of(loop));
-      const std::vector<Vec2> points = divide_edge(panel, e, pieces[e]);
+      if (pieces[e] == 0) continue;
+      const std::vector<Vec2> points = short_edges_.divide(p, e, pieces[e]);
       loop.insert(loop.end(), points.begin(), points.end() - 1);
     }
     const PolygonMesh polygon = mesh_loop(panel, loop);
@@ -251,6 +261,7 @@ class GarmentMesher {
 
   const SewingPattern& pattern_;
   const PanelMeshConfig& config_;
+  const detail::ShortEdges& short_edges_;
   GarmentMesh mesh_;
   double next_x_ = 0.0;
 };
@@ -264,7 +275,13 @@ GarmentMesh mesh_garment(const SewingPattern& pattern, const PanelMeshConfig& co
   require(config.vertices > 0 && config.vertices <= 100000000, "vertices",
           static_cast<double>(config.vertices), "from 1 to 100000000");
   check_sewing_pattern(pattern, config.limits);
-  return GarmentMesher(pattern, config).run();
+  const detail::ShortEdges joined(pattern, config.edge_length), whole(pattern);
+  if (!joined.any()) return GarmentMesher(pattern, config, whole).run();
+  try {
+    return GarmentMesher(pattern, config, joined).run();
+  } catch (const std::invalid_argument&) {  // a panel so narrow that its joined border meets itself
+    return GarmentMesher(pattern, config, whole).run();
+  }
 }
 
 }  // namespace selvedge

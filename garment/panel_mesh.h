@@ -43,7 +43,7 @@ struct GarmentMesh {
   std::vector<std::string> panel_names;
   std::vector<char> mirrored;  ///< per panel: `flat` mirrors the file's plane in x
   /// edge_vertices[panel][edge]: the vertices along the edge from its start to its end, both
-  /// included.
+  /// included; a single one for an edge so short that the mesh joins it with its neighbours.
   std::vector<std::vector<std::vector<std::int32_t>>> edge_vertices;
 
   struct Stitch {
@@ -52,7 +52,8 @@ struct GarmentMesh {
     double length_a = 0.0, length_b = 0.0;  ///< m, along the curves
     SeamDirection direction;
   };
-  /// The first or last vertices of both sides are the same vertex where a dart ends.
+  /// The first or last vertices of both sides are the same vertex where a dart ends. Both sides have
+  /// a single vertex if they are joined with their neighbours.
   std::vector<Stitch> stitches;
   /// Vertices of the edges with a label, ascending.
   std::map<std::string, std::vector<std::int32_t>> labels;
@@ -61,11 +62,12 @@ struct GarmentMesh {
   std::vector<PanelMeshQuality> panel_quality;
   PanelMeshQuality quality;  ///< of all panels
   std::vector<std::string>
-      notes;  ///< sentences for the user: turned panels, twisted seams, gathers
+      notes;  ///< sentences for the user: short edges, turned panels, twisted seams
 };
 
 /// Meshes every panel at the wanted edge length. Both sides of a seam have equally many vertices,
-/// equally spaced along each curve, so a longer side is gathered evenly. No triangle has two sides
+/// equally spaced along each curve, so a longer side is gathered evenly. Edges far below the edge
+/// length are joined with their neighbours, as a note says. No triangle has two sides
 /// on the border of its panel, so that sewing never makes two triangles with the same vertices at a
 /// corner. The same bits for the same input. Throws std::invalid_argument as check_sewing_pattern
 /// does, for a bad field of the config, and if a border crosses itself at this edge length.

@@ -25,6 +25,7 @@ using detail::Triangulation;
 // All distances are in units of the local size.
 constexpr double kLatticeClearance = 0.62;  // of a point of the lattice from the border
 constexpr double kInsertClearance = 0.45;   // of any other inner point from the border
+constexpr double kInsertSpacing = 0.25;     // of a centroid from the points around it
 constexpr double kCoarse = 0.8;  // radius of the circumcircle above which a point is inserted; that
                                  // of an equilateral triangle is 0.577
 /// Below this angle a sweep must not make a triangle worse, rad.
@@ -128,15 +129,35 @@ class PolygonMesher {
       const Coarse worst = coarse_.top();
       coarse_.pop();
       if (net_.cell(worst.cell).v != worst.v) continue;
-      for (const Vec2& p : {circumcentre(worst.v), middle_of(worst.v)}) {
-        if (!is_within(p) || field_.distance(p) < kInsertClearance * field_.size(p)) continue;
-        std::int32_t near = worst.cell;
-        if (insert(plane_.snap(p), near) == Triangulation::kNone) continue;
-        const std::vector<std::int32_t> changed = net_.changed();
-        for (const std::int32_t c : changed) queue(c);
-        break;
+      if (!refine_at(circumcentre(worst.v), worst.cell)) {
+        const Vec2 middle = middle_of(worst.v);
+        if (!is_crowded(worst.cell, middle)) refine_at(middle, worst.cell);
       }
     }
+  }
+
+  bool refine_at(const Vec2& p, std::int32_t near) {
+    if (!is_within(p) || field_.distance(p) < kInsertClearance * field_.size(p)) return false;
+    if (insert(plane_.snap(p), near) == Triangulation::kNone) return false;
+    const std::vector<std::int32_t> changed = net_.changed();
+    for (const std::int32_t c : changed) queue(c);
+    return true;
+  }
+
+  /// Whether a centroid is too near a corner of its cell or of the cells beside it. A circumcentre
+  /// never is, but slender cells along a long side could be divided without end.
+  bool is_crowded(std::int32_t cell, const Vec2& centroid) const {
+    const double least = kInsertSpacing * field_.size(centroid);
+    const auto has_near = [&](std::int32_t c) {
+      const auto& v = net_.cell(c).v;
+      return std::any_of(v.begin(), v.end(), [&](std::int32_t point) {
+        return (at(point) - centroid).norm() < least;
+      });
+    };
+    const auto& across = net_.cell(cell).across;
+    return has_near(cell) || std::any_of(across.begin(), across.end(), [&](std::int32_t c) {
+             return c != Triangulation::kNone && net_.cell(c).inside && has_near(c);
+           });
   }
 
   Vec2 middle_of(const std::array<std::int32_t, 3>& v) const {

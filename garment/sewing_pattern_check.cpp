@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/garment/detail/grid_plane.h>
 #include <selvedge/garment/detail/pattern_names.h>
@@ -63,6 +64,7 @@ class PatternCheck {
     check_names();
     for (const PatternPanel& panel : pattern_.panels) check_panel(panel);
     check_stitches();
+    check_sides();
     check_places();
   }
 
@@ -90,8 +92,9 @@ class PatternCheck {
     check_loop(panel);
     for (std::int32_t e = 0; e < size_of(panel.edges); ++e) check_edge(panel, e);
     loops_.push_back(loop_of(panel));
-    check_size(panel, loops_.back());
+    check_extent(panel, loops_.back());
     check_crossing(panel, loops_.back());
+    check_area(panel, loops_.back());
   }
 
   void check_numbers(const PatternPanel& panel) const {
@@ -170,19 +173,30 @@ class PatternCheck {
                          edge, curve.radius, chord.norm(), 1e3 * limits_.largest));
   }
 
-  void check_size(const PatternPanel& panel, const Loop& loop) const {
+  Vec2 extent(const Loop& loop) const {
     Vec2 low = loop.points[0], high = loop.points[0];
     for (const Vec2& p : loop.points) {
       low = low.cwiseMin(p);
       high = high.cwiseMax(p);
     }
-    const Vec2 size = high - low;
-    const double area = std::abs(panel_area(panel));
-    if (size.minCoeff() < limits_.smallest || area < 1e-3 * limits_.smallest * size.maxCoeff())
-      refuse(panel,
-             fmt::format("it is {:g} m by {:g} m with an area of {:g} m2; a panel needs area; "
-                         "check units_in_meter and its vertices",
-                         size.x(), size.y(), area));
+    return high - low;
+  }
+
+  void check_extent(const PatternPanel& panel, const Loop& loop) const {
+    if (extent(loop).minCoeff() < limits_.smallest) refuse_size(panel, extent(loop));
+  }
+
+  /// A loop that crosses itself may have none, so this comes last.
+  void check_area(const PatternPanel& panel, const Loop& loop) const {
+    const Vec2 size = extent(loop);
+    if (std::abs(panel_area(panel)) < 1e-3 * limits_.smallest * size.maxCoeff())
+      refuse_size(panel, size);
+  }
+
+  [[noreturn]] void refuse_size(const PatternPanel& panel, const Vec2& size) const {
+    refuse(panel, fmt::format("it is {:g} m by {:g} m with an area of {:g} m2; a panel needs area; "
+                              "check units_in_meter and its vertices",
+                              size.x(), size.y(), std::abs(panel_area(panel))));
   }
 
   void check_crossing(const PatternPanel& panel, const Loop& loop) const {
@@ -239,6 +253,38 @@ class PatternCheck {
                             "{:g} times the length of the shorter: change an edge or the stitch",
                             edge_name(pattern_, stitch.a), a, edge_name(pattern_, stitch.b), b,
                             limits_.length_ratio));
+  }
+
+  /// A panel whose seams to others are all twisted as the panels stand, although the file says which
+  /// ends meet, has its loop the wrong way round. Of two such panels, the one that runs clockwise.
+  void check_sides() const {
+    const std::vector<SeamDirection> directions = seam_directions(pattern_);
+    std::vector<std::vector<std::int32_t>> twisted(pattern_.panels.size());
+    std::vector<char> is_wrong(pattern_.panels.size(), 1);
+    for (std::int32_t s = 0; s < size_of(directions); ++s) {
+      const PatternStitch& stitch = pattern_.stitches[s];
+      if (stitch.a.panel == stitch.b.panel) continue;
+      const bool is_twisted =
+          directions[s].twisted && directions[s].reason == SeamDirection::Reason::file;
+      for (const std::int32_t p : {stitch.a.panel, stitch.b.panel})
+        if (is_twisted)
+          twisted[p].push_back(s);
+        else
+          is_wrong[p] = 0;
+    }
+    std::int32_t found = -1;
+    const auto is_clockwise = [&](std::int32_t p) { return panel_area(pattern_.panels[p]) < 0.0; };
+    for (std::int32_t p = 0; p < size_of(is_wrong); ++p)
+      if (is_wrong[p] && twisted[p].size() > 1 &&
+          (found < 0 || (is_clockwise(p) && !is_clockwise(found))))
+        found = p;
+    if (found < 0) return;
+    refuse(fmt::format(
+        "panel {} {}: its seams are twisted as the panels stand (stitches {}); list its edges the "
+        "other way round, or turn the panel over",
+        quoted(pattern_.panels[found].name),
+        is_clockwise(found) ? "runs clockwise" : "shows its inner side",
+        fmt::join(twisted[found], ", ")));
   }
 
   void check_places() const {

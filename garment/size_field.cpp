@@ -12,6 +12,9 @@ namespace {
 
 /// Growth of the edge length per distance from a short side.
 constexpr double kGrowth = 0.35;
+/// Of the wanted length; shorter sides have slender triangles. The field has one value for a cell
+/// as long as the wanted length, so shorter edges would fill the cell.
+constexpr double kShortest = 0.1;
 
 double side_distance(const std::array<Eigen::Vector2d, 2>& side, const Eigen::Vector2d& p) {
   const Eigen::Vector2d along = side[1] - side[0];
@@ -57,7 +60,7 @@ void SizeField::enter_sides(std::span<const Eigen::Vector2d> loop) {
     const auto samples = static_cast<std::int32_t>(std::ceil(2.0 * length / cell_)) + 1;
     for (std::int32_t k = 0; k <= samples; ++k) {
       const std::size_t cell = cell_of(a + (static_cast<double>(k) / samples) * (b - a));
-      size_[cell] = std::min(size_[cell], length);
+      size_[cell] = std::min(size_[cell], std::max(length, kShortest * cell_));
       entries.push_back({cell, static_cast<std::int32_t>(sides_.size())});
     }
     sides_.push_back({a, b});

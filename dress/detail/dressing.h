@@ -3,9 +3,11 @@
 // A garment while it is put on.
 #pragma once
 
+#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/dress/dress.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/scene.h>
+#include <selvedge/simulation/internal/explain_step.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <memory>
@@ -95,6 +97,24 @@ struct PhaseSettings {
   double moving_fps = 0.0;
 };
 
+/// The end of the time that a garment may take (DressConfig::budget).
+class Deadline {
+ public:
+  explicit Deadline(double budget) : budget_(budget) {}
+  Deadline(const Deadline&) = delete;
+  Deadline& operator=(const Deadline&) = delete;
+
+  void check() const;  ///< throws DressOverBudget once the time is spent
+  /// Checks it in every stage of every attempt of a step.
+  const StepTrace& trace() const { return trace_; }
+
+ private:
+  double budget_;  // s
+  Stopwatch watch_;
+  StepTrace trace_{.begin = [this](const TracedAttempt&) { check(); },
+                   .stage = [this](const TracedStage&) { check(); }};
+};
+
 /// A scene of the garment as it is, and what is built from it.
 struct DressScene {
   Scene scene;
@@ -102,8 +122,17 @@ struct DressScene {
 };
 DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
                             const DressConfig& config, const PhaseSettings& settings);
+/// What stays the same while a garment is put on.
+struct Dressing {
+  const TriangleMesh& body;
+  const DressConfig& config;
+  const Methods& methods;
+  const DressObserver& observer;
+  const Deadline& deadline;
+};
+
 /// Its simulation, which takes what is built over; merge_closed merges the seams.
-std::unique_ptr<Simulation> start_simulation(DressScene& scene, const Methods& methods);
+std::unique_ptr<Simulation> start_simulation(DressScene& scene, const Dressing& dressing);
 
 /// Acceleration of gravity, m/s².
 inline constexpr double kGravity = 9.81;
@@ -121,7 +150,7 @@ std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
 /// Moves one vertex of each pair that is within its merge distance (`share`) almost to the other
 /// one, if nothing collides on its path, so that the pair can merge where the common motion of both
 /// is blocked. Returns the number of moved vertices.
-std::size_t move_together(const Simulation& simulation, Garment& garment, const DressConfig& config,
+std::size_t move_together(const Simulation& simulation, Garment& garment, const Dressing& dressing,
                           double share);
 
 /// Mean height of points by weight, m; without weights, each counts the same.
@@ -145,14 +174,6 @@ void add_run(const Simulation& simulation, const char* phase, DressResult& resul
 
 /// Largest opening with which a seam counts as closed, m.
 double closed_opening(const DressConfig& config);
-
-/// What stays the same while a garment is put on.
-struct Dressing {
-  const TriangleMesh& body;
-  const DressConfig& config;
-  const Methods& methods;
-  const DressObserver& observer;
-};
 
 /// One sewing attempt: the order in which the seams pull, and the merging distance. Seams that jam
 /// with one order mostly close with another.

@@ -126,9 +126,7 @@ TEST(DressBatch, AGarmentThatTakesTooLongIsStoppedAndNotTriedAgain) {
   short_time.write_view = [&](const fs::path&) { ++views; };
   const auto rows = dress_batch(read_dress_list(folder / "in", folder / "body"), short_time, {});
   ASSERT_EQ(rows.size(), 1u);
-  EXPECT_TRUE(rows[0].verdict.starts_with("not finished within 1e-06 s; stitch "))
-      << rows[0].verdict;
-  EXPECT_TRUE(rows[0].verdict.ends_with(" is still open by 640.0 mm")) << rows[0].verdict;
+  EXPECT_EQ(rows[0].verdict, "not finished within 1e-06 s");
   EXPECT_EQ(views, fs::exists(folder / "out" / "tube" / "frames") ? 1 : 0);
   fs::remove_all(folder);
 }

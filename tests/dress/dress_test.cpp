@@ -265,12 +265,15 @@ TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOne) {
   const TriangleMesh plate = box({0.15, -0.0005, -0.1}, {0.3, 0.0005, 0.4});
   const DressConfig config = coarse();
   const Methods methods;
+  const DressObserver observer;
+  const detail::Deadline deadline(config.budget);
+  const detail::Dressing dressing{plate, config, methods, observer, deadline};
   detail::DressScene made =
       detail::make_dress_scene(start, plate, config, {.pull = 10.0, .merge = 0.35});
-  const auto owned = detail::start_simulation(made, methods);
+  const auto owned = detail::start_simulation(made, dressing);
   const Simulation& simulation = *owned;
   detail::Garment garment = start;
-  const std::size_t moved = detail::move_together(simulation, garment, config, 0.35);
+  const std::size_t moved = detail::move_together(simulation, garment, dressing, 0.35);
   std::size_t nearer = 0;
   for (std::size_t s = 0; s < garment.stitches.size(); ++s)
     for (const Edge& pair : garment.open_pairs(s)) {
@@ -292,7 +295,7 @@ TEST(Dress, AVertexOfABlockedPairMovesToTheOtherOne) {
                   .empty());
   // Nothing moves beyond the merge distance.
   detail::Garment far = start;
-  EXPECT_EQ(detail::move_together(simulation, far, config, 0.01), 0u);
+  EXPECT_EQ(detail::move_together(simulation, far, dressing, 0.01), 0u);
   EXPECT_EQ(far.surface.vertices, start.surface.vertices);
 }
 

@@ -2,19 +2,14 @@
 //
 // Scenes, and simulations in memory.
 #include <pybind11/stl.h>
-#include <selvedge/bodies/driven_body.h>
+#include <selvedge/bindings/c/driven_simulation.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/internal/scene_text.h>
-#include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>
 #include <selvedge/simulation/step_report.h>
-
-#include <atomic>
-#include <map>
-#include <optional>
 
 #include "arrays.h"
 #include "interruptible.h"
@@ -25,74 +20,8 @@ namespace {
 
 using SharedScene = std::shared_ptr<const Scene>;
 
-/// A state, with the input that a program has set. `Session::restore` continues from it.
-struct SavedState {
-  SimulationState state;
-  std::map<std::size_t, std::vector<Vec3>> bodies;  // m, of driven bodies
-};
-
-/// A simulation as Python sees it: with splits and merges between frames, and driven bodies.
-class Session {
- public:
-  Session(SharedScene scene, SharedMethods methods, const std::vector<std::size_t>& driven)
-      : scene_(std::move(scene)), methods_(std::move(methods)) {
-    BuiltScene built = build_scene(*scene_, *methods_);
-    warnings_ = built.warnings;
-    if (const std::string cause = mesh_change(*scene_); !driven.empty() && !cause.empty())
-      throw std::invalid_argument(cause + " changes the mesh; driven bodies need one that stays");
-    for (const std::size_t body : driven) driven_[body] = &drive_body(built, body);
-    simulation_.emplace(*scene_, std::move(built), *methods_);
-  }
-
-  Simulation& now() { return *simulation_; }
-  const Simulation& now() const { return *simulation_; }
-  std::shared_ptr<const void> owner() const { return now().owner(); }
-  const std::vector<std::string>& warnings() const { return warnings_; }
-
-  SavedState save() const {
-    SavedState saved{now().state(), {}};
-    const auto& bodies = now().built().bodies;
-    for (const auto& [body, driven] : driven_) {
-      std::vector<Vec3>& x = saved.bodies[body];
-      x.resize(bodies[body]->vertex_count());
-      bodies[body]->positions(now().time(), x);
-    }
-    return saved;
-  }
-
-  /// Makes another simulation, so that arrays that view the present one stay valid.
-  void restore(const SavedState& saved) {
-    BuiltScene built = build_scene(*scene_, *methods_);
-    std::map<std::size_t, DrivenBody*> driven;
-    for (const auto& [body, x] : saved.bodies) {
-      driven[body] = &drive_body(built, body);
-      driven[body]->place(x, saved.state.time);
-    }
-    if (driven.size() != driven_.size())
-      throw std::invalid_argument("the saved state is not of this scene");
-    simulation_.emplace(*scene_, std::move(built), saved.state, *methods_);
-    driven_ = std::move(driven);
-  }
-
-  void move_body(std::size_t body, std::span<const Vec3> x) {
-    const auto driven = driven_.find(body);
-    if (driven == driven_.end())
-      throw std::invalid_argument("body " + std::to_string(body) +
-                                  " is not driven; name it in `driven` when you make the "
-                                  "simulation");
-    now().move_body(*driven->second, x);
-  }
-
-  std::atomic<bool>& busy() { return busy_; }
-
- private:
-  SharedScene scene_;
-  SharedMethods methods_;
-  std::vector<std::string> warnings_;
-  std::map<std::size_t, DrivenBody*> driven_;
-  std::optional<Simulation> simulation_;  // never empty; replaced by `restore`
-  std::atomic<bool> busy_{false};
-};
+using bindings::SavedState;
+using Session = bindings::DrivenSimulation;
 
 /// Calls use(simulation) without the lock of the interpreter.
 template <class Use>
@@ -176,7 +105,7 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
       .def(
           py::init([methods](std::shared_ptr<Scene> scene, const std::vector<std::size_t>& driven) {
             const py::gil_scoped_release release;
-            return std::make_unique<S>(std::move(scene), methods, driven);
+            return std::make_unique<S>(std::move(scene), methods, std::span(driven));
           }))
       .def("step", [](S& s) { unlocked(s, [](Simulation& now) { now.step(); }); })
       .def("step_towards",
@@ -221,33 +150,29 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
                              })
       .def_property_readonly("state_hash", [](const S& s) { return state_hash(s.now().state()); })
       .def_property_readonly(
-          "positions", [](const S& s) { return view<double>(s.now().positions(), s.owner()); })
+          "positions",
+          [](const S& s) { return view<double>(s.now().positions(), s.now().owner()); })
       .def_property_readonly(
-          "velocities", [](const S& s) { return view<double>(s.now().velocities(), s.owner()); })
+          "velocities",
+          [](const S& s) { return view<double>(s.now().velocities(), s.now().owner()); })
       .def_property_readonly("mass",
                              [](const S& s) {
                                return view<double>(std::span<const double>(s.now().mass()),
-                                                   s.owner());
+                                                   s.now().owner());
                              })
       .def_property_readonly(
           "triangles",
-          [](const S& s) { return view<std::int32_t>(s.now().cloth_triangles(), s.owner()); })
+          [](const S& s) { return view<std::int32_t>(s.now().cloth_triangles(), s.now().owner()); })
       .def_property_readonly("body_positions",
                              [](const S& s) {
                                return view<double>(std::span<const Vec3>(s.now().body_positions()),
-                                                   s.owner());
+                                                   s.now().owner());
                              })
       .def_property_readonly(
           "body_triangles",
-          [](const S& s) { return view<std::int32_t>(s.now().body_triangles(), s.owner()); })
+          [](const S& s) { return view<std::int32_t>(s.now().body_triangles(), s.now().owner()); })
       .def_property_readonly("piece_begin", [](const S& s) { return s.now().built().piece_begin; })
-      .def_property_readonly("body_begin",
-                             [](const S& s) {
-                               std::vector<std::size_t> begin{0};
-                               for (const auto& body : s.now().built().bodies)
-                                 begin.push_back(begin.back() + body->vertex_count());
-                               return begin;
-                             })
+      .def_property_readonly("body_begin", &S::body_begin)
       .def_property_readonly(
           "vertex_areas",
           [](const S& s) {

@@ -7,7 +7,11 @@
 #include <selvedge/broadphase/adapters.h>
 #include <selvedge/broadphase/detail/box_library.h>
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <stdexcept>
 #include <string>

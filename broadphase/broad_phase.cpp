@@ -42,7 +42,7 @@ BroadPhaseRegistry broad_phases() {
   registry.add_absent("cgal_aabb_tree", "CGAL");
   registry.add_absent("cgal_box_intersection", "CGAL");
   registry.add_absent("depth_normal_maps", "OSMesa");
-  registry.add_absent("embree_collide", "Embree 3");
+  registry.add_absent("embree_collide", "Embree");
   registry.add_absent("fcl_dynamic_aabb_tree", "FCL");
   registry.add_absent("image_space_pairs", "OSMesa");
   return registry;

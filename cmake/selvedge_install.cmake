@@ -16,7 +16,7 @@ set(selvedge_package_of_nlohmann_json "nlohmann_json 3.11")
 set(selvedge_package_of_fmt "fmt 9")
 set(selvedge_package_of_fcl "fcl")
 set(selvedge_package_of_ccd "ccd")
-set(selvedge_package_of_embree "embree 3")
+set(selvedge_package_of_embree "embree")
 set(selvedge_package_of_PNG "PNG")
 set(selvedge_package_of_Pagmo "pagmo")
 
@@ -86,6 +86,8 @@ install(FILES ${PROJECT_BINARY_DIR}/selvedge-config.cmake ${PROJECT_BINARY_DIR}/
         DESTINATION ${SELVEDGE_CONFIG_DIR})
 
 if(TARGET selvedge_program)
-  install(TARGETS selvedge_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/selvedge PATTERN "fetched" EXCLUDE PATTERN "makers" EXCLUDE)
+  install(TARGETS selvedge_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/selvedge COMPONENT program
+          PATTERN "fetched" EXCLUDE PATTERN "makers" EXCLUDE)
 endif()
+include(${CMAKE_CURRENT_LIST_DIR}/selvedge_packages.cmake)

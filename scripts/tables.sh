@@ -806,7 +806,7 @@ adapter "FCL, broad phase" broadphase/libselvedge_broadphase_fcl.a 'libfcl\.so'
 adapter "FCL, narrow phase" narrowphase/libselvedge_narrowphase_fcl.a 'libfcl\.so'
 adapter "libccd" narrowphase/libselvedge_narrowphase_libccd.a 'libccd\.so'
 adapter "CGAL (templates; GMP and MPFR)" broadphase/libselvedge_broadphase_cgal.a 'libmpfr\.so'
-adapter "Embree 3" broadphase/libselvedge_broadphase_embree.a 'libembree3\.so'
+adapter "Embree" broadphase/libselvedge_broadphase_embree.a 'libembree[34]\.so'
 adapter "OSMesa, image space" broadphase/libselvedge_broadphase_osmesa.a 'libOSMesa\.so'
 adapter "assimp, meshes of other formats" "" 'libassimp\.so'
 )

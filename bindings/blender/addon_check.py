@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Runs in Blender: bakes with the add-on and checks what comes back. See blender_check.sh addon."""
+"""Runs in Blender: bakes with the add-on and checks what comes back. See check.sh addon."""
 import importlib.util
 import sys
 from math import radians

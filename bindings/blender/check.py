@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Runs in Blender: compares what it imports from a result folder with the PLY frames. See blender_check.sh."""
+"""Runs in Blender: compares what it imports from a result folder with the PLY frames. See check.sh."""
 import struct
 import sys
 from pathlib import Path

@@ -56,6 +56,9 @@ struct MethodField {
     return MethodView{record.*name, record.*options, family, or_switch};
   }
 };
+// clang deduces the arguments of aggregates from its version 17 on.
+template <class T>
+MethodField(std::string T::*, MethodOptions T::*, std::size_t, bool = false) -> MethodField<T>;
 
 /// A list of formats: names, or objects with the name ("type") and options.
 template <class Names, class Options>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Parts of the Blender add-on, with stand-ins for Blender. scripts/blender_check.sh addon tests all of it in Blender."""
+"""Parts of the Blender add-on, with stand-ins for Blender. bindings/blender/check.sh addon tests all of it in Blender."""
 
 import importlib.util
 import sys

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# blender_check.sh files|addon [PROGRAM [PICTURE]]: tests in Blender without a display. Blender (apt install blender, 400 MB)
+# check.sh files|addon [PROGRAM [PICTURE]]: tests in Blender without a display. Blender (apt install blender, 400 MB)
 # is not part of any set of scripts/install_dependencies.sh.
 #   files  runs a scene in the formats that Blender reads and imports them: the .glb file at every frame, and the .pc2 and
 #          .mdd caches on their base mesh by a mesh-cache modifier. Every vertex must be within 1e-6 m of the PLY frame.
@@ -9,16 +9,16 @@
 #          pins, from an object that is turned and scaled; checks the cache, the refusals and the removal; renders PICTURE
 #          (.png) if it is named.
 set -euo pipefail
-cd "$(dirname "${BASH_SOURCE[0]}")/.."
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 check=${1:-}
 program=$(realpath "${2:-build/release/apps/selvedge}")
 picture=${3:+$(realpath -m "$3")}
 if [ "$check" != files ] && [ "$check" != addon ]; then
-  echo "usage: scripts/blender_check.sh files|addon [PROGRAM [PICTURE]]" >&2
+  echo "usage: bindings/blender/check.sh files|addon [PROGRAM [PICTURE]]" >&2
   exit 2
 fi
 if ! command -v blender >/dev/null; then
-  echo "blender_check.sh: there is no blender; install it (apt install blender)" >&2
+  echo "check.sh: there is no blender; install it (apt install blender)" >&2
   exit 1
 fi
 work=$(mktemp -d)

@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# release.sh [BUILD]: makes the packages of the last commit in build/packages, for the Debian that it runs on, with their
+# checksums in SHA256SUMS: the .deb files of the program, the library and the Python module, and a wheel that carries its
+# libraries. BUILD is a folder to compile in (build/release_packages); one of an earlier build compiles what has changed.
+# The same commit in the same folder gives the same bytes. Refuses sources that differ from the commit.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+build=$(realpath -m "${1:-build/release_packages}")
+out=$PWD/build/packages
+if [ -n "$(git status --porcelain)" ]; then
+  echo "release.sh: the sources differ from the last commit; commit or remove the changes" >&2
+  exit 1
+fi
+scripts/install_dependencies.sh release
+SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
+export SOURCE_DATE_EPOCH
+umask 022
+configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON -DSELVEDGE_CGAL=OFF -DSELVEDGE_APPS=ON
+  -DSELVEDGE_INSTALL=ON -DSELVEDGE_PYTHON=ON -DSELVEDGE_PYTHON_DIR=lib/python3/dist-packages -DPython_EXECUTABLE=/usr/bin/python3)
+if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
+rm -rf "$out"
+mkdir -p "$out"
+scripts/quietly.sh "${configure[@]}"
+scripts/quietly.sh cmake --build "$build" --parallel "$(nproc)"
+scripts/quietly.sh cpack -G DEB --config "$build/CPackConfig.cmake" -B "$out"
+rm -rf "$out/_CPack_Packages"
+PYTHONPATH=bindings/python/build_backend scripts/quietly.sh /usr/bin/python3 -B -c "
+import selvedge_build
+selvedge_build.build_wheel('$out', {'build': '$build', 'libraries': 'bundle'})"
+(cd "$out" && sha256sum -- * | tee SHA256SUMS)

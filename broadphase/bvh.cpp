@@ -243,7 +243,8 @@ class Bvh final : public BroadPhase {
   /// in double.
   void choose_maps(const SurfaceView& a, const SurfaceView* b) {
     std::vector<detail::DoubleBox> sample = detail::sample_boxes(a);
-    if (b) std::ranges::copy(detail::sample_boxes(*b), std::back_inserter(sample));
+    if (b)
+      for (const detail::DoubleBox& box : detail::sample_boxes(*b)) sample.push_back(box);
     const auto unresolved = [&](const auto& map) { return detail::count_unresolved(sample, map); };
     const auto mapped = [&](int k, double s) { return maps_[k](s); };
     if (maps_in_use_ && unresolved(mapped) < detail::kWorthAnotherMap) return;

@@ -18,7 +18,6 @@
 #include <selvedge/broadphase/detail/box_scan.h>
 #include <selvedge/broadphase/detail/grid_engine.h>
 
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -41,7 +40,7 @@ constexpr double kSimilar = 1.25;
 
 /// Maps floats to unsigned integers in the same order.
 std::uint32_t ordered_bits(float x) {
-  const auto bits = std::bit_cast<std::uint32_t>(x + 0.0f);  // -0 becomes 0
+  const auto bits = Eigen::numext::bit_cast<std::uint32_t>(x + 0.0f);  // -0 becomes 0
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 

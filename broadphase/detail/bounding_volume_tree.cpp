@@ -4,7 +4,6 @@
 #include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
 namespace selvedge::detail {
@@ -149,7 +148,7 @@ void VolumeTree<V>::build_over_leaves(Scratch& scratch) {
   scratch.items.resize(leaves_.size());
   for (std::size_t l = 0; l < leaves_.size(); ++l) {
     scratch.items[l] = box_of(leaves_[l].box);
-    scratch.items[l].lo[3] = std::bit_cast<float>(static_cast<std::int32_t>(l));
+    scratch.items[l].lo[3] = Eigen::numext::bit_cast<float>(static_cast<std::int32_t>(l));
   }
   build_tree({shape_.arity, 1}, scratch.items, scratch.partitioned, scratch.skeleton);
   for (auto& node : scratch.skeleton.nodes)
@@ -234,7 +233,7 @@ void VolumeTree<V>::box_items(Scratch& scratch) const {
         take(p.edges[p.loose_edges[i - p.triangles.size()]]);
       else
         take(std::array{p.loose_points[i - p.triangles.size() - p.loose_edges.size()]});
-      box.lo[3] = std::bit_cast<float>(static_cast<std::int32_t>(i));
+      box.lo[3] = Eigen::numext::bit_cast<float>(static_cast<std::int32_t>(i));
       items[i] = box;
     }
   });

@@ -22,7 +22,7 @@ class RawArray {
   void reset(std::size_t n) {
     if (n > capacity_) {
       data_.reset();
-      data_ = std::make_unique_for_overwrite<T[]>(n);
+      data_ = std::unique_ptr<T[]>(new T[n]);
       capacity_ = n;
     }
     size_ = n;

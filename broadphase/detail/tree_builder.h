@@ -4,7 +4,6 @@
 #include <selvedge/broadphase/detail/dop.h>
 #include <selvedge/broadphase/detail/leaf_groups.h>
 
-#include <bit>
 #include <vector>
 
 namespace selvedge::detail {
@@ -19,7 +18,7 @@ struct TreeShape {
 
 /// An item of a tree is its box; the fourth number of `lo` holds the bits of its index.
 inline std::int32_t item_index(const FloatBox& item) {
-  return std::bit_cast<std::int32_t>(item.lo[3]);
+  return Eigen::numext::bit_cast<std::int32_t>(item.lo[3]);
 }
 
 /// The nodes and leaves of a tree, without volumes.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/internal/text.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <system_error>
 
 namespace selvedge {
@@ -105,13 +107,34 @@ std::string shell_quoted(std::string_view word) {
   return quoted + "'";
 }
 
+namespace {
+
+/// The number that the whole word gives; nullopt if it gives none or is beyond the range.
+std::optional<double> whole_number_of(const std::string& word) {
+  double value = 0.0;
+#ifdef __cpp_lib_to_chars
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+#else
+  // libc++ before version 20 reads integers only. Emscripten has it, with a C library that reads a
+  // point in every locale.
+  const std::size_t mantissa = std::min(word.find_first_of("eE"), word.size());
+  if (word.empty() || word[0] == '+' || word.find_first_not_of("+-.0123456789eE") < word.size())
+    return std::nullopt;
+  char* end = nullptr;
+  value = std::strtod(word.c_str(), &end);
+  const bool vanished = value == 0.0 && word.find_first_of("123456789") < mantissa;
+  if (end != word.c_str() + word.size() || vanished) return std::nullopt;
+#endif
+  return value;
+}
+
+}  // namespace
+
 std::optional<double> finite_number(std::string_view word) {
   if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
-    return std::nullopt;
-  return value;
+  const std::optional<double> value = whole_number_of(std::string(word));
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 }  // namespace selvedge

@@ -3,7 +3,7 @@
 #include <selvedge/narrowphase/internal/triangles_cross.h>
 
 #include <algorithm>
-#include <compare>
+#include <tuple>
 #include <vector>
 
 namespace selvedge::detail {
@@ -16,7 +16,10 @@ struct Leaf {
   Edge edge{};
   int side = 0;
   TrianglePair pair;
-  auto operator<=>(const Leaf&) const = default;
+  bool operator<(const Leaf& l) const {
+    return std::tie(on_first, on, edge, side, pair) <
+           std::tie(l.on_first, l.on, l.edge, l.side, l.pair);
+  }
 
   bool shares_place(const Leaf& l) const {
     return on_first == l.on_first && on == l.on && edge == l.edge;

@@ -89,7 +89,7 @@ double FloatPaths::largest_coordinate(const SurfaceView& view, const char* name)
 std::unique_ptr<FloatPaths::Path[]> FloatPaths::convert(const SurfaceView& view, bool proves) {
   const std::size_t n = view.x_t0.size();
   if (!proves) return std::make_unique<Path[]>(n);  // they do not fit into floats
-  auto paths = std::make_unique_for_overwrite<Path[]>(n);
+  std::unique_ptr<Path[]> paths(new Path[n]);
   parallel_for(n, kVertexGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       paths[i].numbers[3] = paths[i].numbers[7] = 0.0F;

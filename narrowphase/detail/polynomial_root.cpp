@@ -4,7 +4,6 @@
 #include <selvedge/narrowphase/detail/polynomial_sign.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,8 +11,8 @@
 namespace selvedge::narrowphase_detail {
 namespace {
 
-double ordered_double(std::int64_t bits) { return std::bit_cast<double>(bits); }
-std::int64_t ordered_bits(double x) { return std::bit_cast<std::int64_t>(x); }
+double ordered_double(std::int64_t bits) { return Eigen::numext::bit_cast<double>(bits); }
+std::int64_t ordered_bits(double x) { return Eigen::numext::bit_cast<std::int64_t>(x); }
 
 /// x >= 0 as k / 2^m.
 template <class Int>

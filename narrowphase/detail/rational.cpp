@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <limits>
 #include <vector>
 
@@ -183,12 +183,10 @@ RationalFault parse_rational(std::string_view num, std::string_view den, double&
 void append_rational(double value, std::string& text) {
   const int below = value == 0.0 ? 0 : std::max(0, -lowest_bit(value));
   const double num = std::ldexp(value, below);  // an integer: exact
-  constexpr std::size_t kLongest = 1 + std::numeric_limits<double>::max_exponent10 + 1;
-  char digits[kLongest];
-  const auto [end, error] =
-      std::to_chars(digits, digits + kLongest, num, std::chars_format::fixed, 0);
-  static_cast<void>(error);  // kLongest holds every integer that is a double
-  text.append(digits, end);
+  constexpr std::size_t kLongest = 1 + std::numeric_limits<double>::max_exponent10 + 2;
+  char digits[kLongest];  // holds every integer that is a double
+  std::snprintf(digits, kLongest, "%.0f", num);
+  text += digits;
   text += ',';
   text += power_of_two(below);
 }

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// Prints the results of seeded questions, every double in hexadecimal, from the package `selvedge` (argument 1: its index.mjs).
+// check.py prints the same from the native library.
+const s = await import(process.argv[2] ?? 'selvedge');
+
+/** 32-bit linear congruential numbers in [0,1). */
+function generator(seed) {
+  let state = seed >>> 0;
+  return () => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return state / 4294967296;
+  };
+}
+
+const hex = (x) => {
+  const view = new DataView(new ArrayBuffer(8));
+  view.setFloat64(0, x);
+  return view.getBigUint64(0).toString(16).padStart(16, '0');
+};
+const show = (label, values, double) => console.log([label, ...Array.from(values, (x) => (double ? hex(x) : x))].join(' '));
+
+function soup(seed, count) {
+  const random = generator(seed), x0 = [], x1 = [], triangles = [];
+  for (let i = 0; i < count; ++i) {
+    const at = [random(), random(), random()];
+    for (let k = 0; k < 3; ++k)
+      for (let d = 0; d < 3; ++d) {
+        x0.push(at[d] + 0.8 * random());
+        x1.push(x0[x0.length - 1] + 0.2 * random());
+      }
+    triangles.push(3 * i, 3 * i + 1, 3 * i + 2);
+  }
+  return { x0: new Float64Array(x0), x1: new Float64Array(x1), triangles: new Int32Array(triangles) };
+}
+
+for (let seed = 1; seed <= 5; ++seed) {
+  const a = soup(seed, 40), b = soup(seed + 100, 30);
+  for (const other of [null, b]) {
+    const found = s.findCollisions(a, other);
+    show('collisions', found.vertices);
+    show('toi', found.toi, true);
+    show('weights', found.weights, true);
+    show('normal', found.normal, true);
+    const meetings = s.findMeetings(a, other);
+    show('crossings', meetings.crossings);
+    show('touches', meetings.touches);
+    show('gaps', s.findContacts(a, other, 0.02).gap, true);
+  }
+  const random = generator(seed + 1000), queries = Float64Array.from({ length: 24 * 200 }, random);
+  for (const kind of [s.POINT_TRIANGLE, s.EDGE_EDGE]) {
+    show('impact', s.impactTimes(kind, queries), true);
+    show('touch', s.touchTimes(kind, queries).hi, true);
+  }
+  const verdict = s.judge(a, { body: b, rest: a.x1 });
+  show('judge', [verdict.selfCrossings, verdict.bodyCrossings, verdict.selfTouches, verdict.bodyTouches, verdict.insideVertices]);
+  show('strain', [verdict.maxStretch, verdict.maxCompression], true);
+  const path = s.judgePath(a, { body: b });
+  show('path', [path.selfCollisions, path.bodyCollisions]);
+}
+for (const wrong of [() => s.findMeetings({ x0: [0, 0, NaN], triangles: [0, 0, 0] }), () => s.findCollisions(soup(1, 1), null, { broadPhase: 'bhv' })]) {
+  try {
+    wrong();
+    throw new Error('a wrong argument was not refused');
+  } catch (error) {
+    if (!(error instanceof s.SelvedgeError) || error.code !== 1) throw error;
+    console.log('refused', error.message);
+  }
+}

@@ -20,7 +20,8 @@
 // real-time physics", 2018 [DinevLiuKavan2018]: the caller takes as much of v⁺ - u away as the step
 // gains energy. Deviation: where that does not suffice, and after any rejected attempt, the same
 // step is implicit Euler linearised at x, bit for bit as `implicit_euler`; so are the next few
-// steps. Another rejection soon after doubles their number. Guarantee: stable for any step length
+// steps, and those after one in which the cloth rings: what is too fast for the steps shrinks unless
+// contacts feed it. Another rejection soon after doubles their number. Guarantee: stable for any step length
 // as implicit Euler is; first order with a small constant.
 #include <selvedge/core/cloth/detail/force_checks.h>
 #include <selvedge/core/solver/detail/implicit_system.h>
@@ -42,6 +43,10 @@ constexpr double kPause = 2.0, kMostPause = 64.0, kForgets = 0.9;
 
 // The share of the particles that contacts must leave alone: cloth that lies has no motion to keep.
 constexpr double kLeastFree = 0.1;
+
+// The cloth rings where its velocities turn back, twice running, by this share of what they changed
+// in the step before. Free motion that is too fast for the steps does so by |1 - 1/α|.
+constexpr double kRings = 0.8;
 
 // The most by which the last change of the mean velocity counts for the next step. A step after
 // much shorter ones would otherwise be expected far off.
@@ -77,6 +82,7 @@ class ImplicitBlend final : public Integrator {
 
  private:
   bool moves_freely(const StepStart& start);
+  bool turns_back(const Particles& p) const;
   void begin_euler(const StepStart& start);
   void begin_blend(const StepStart& start, std::span<const Vec3> mean);
   void stop_met(std::span<const ImplicitTerm> terms);
@@ -104,6 +110,8 @@ class ImplicitBlend final : public Integrator {
   double pause_ = 0.0;          // steps of implicit Euler that are left
   double next_pause_ = kPause;  // after the next failure
   bool blends_ = false;         // the last attempt
+  bool rings_ = false;          // the start of the step
+  bool turned_ = false;         // the velocities turned back in the last step
   int attempts_ = 0;            // since the last accepted step
   std::size_t euler_steps_ = 0;
 };
@@ -140,11 +148,29 @@ bool ImplicitBlend::moves_freely(const StepStart& start) {
   return static_cast<double>(untouched) > kLeastFree * static_cast<double>(free);
 }
 
+bool ImplicitBlend::turns_back(const Particles& p) const {
+  double turned = 0.0, changed = 0.0, changes = 0.0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    if (p.inv_mass[i] == 0.0) continue;
+    // (1 - α) times the changes of the velocity in the last two steps, times -1.
+    const Vec3 last = lead_[i], before = lag_[i] - lead_[i] / (1.0 - kVelocityWeight);
+    turned -= p.mass[i] * last.dot(before);
+    changed += p.mass[i] * before.squaredNorm();
+    changes += p.mass[i] * last.squaredNorm();
+  }
+  constexpr double round_off = 1e-9;  // of what did not change
+  return turned > kRings * changed && changed > round_off * changes;
+}
+
 void ImplicitBlend::begin(const StepStart& start, StepEnd end) {
   start_ = &start.particles;
   h_ = start.h;
   v_ = start.particles.v;
-  blends_ = attempts_++ == 0 && pause_ < 1.0 && moves_freely(start);
+  if (attempts_ == 0) {
+    const bool before = std::exchange(turned_, pause_ < 1.0 && turns_back(start.particles));
+    rings_ = before && turned_;
+  }
+  blends_ = attempts_++ == 0 && pause_ < 1.0 && !rings_ && moves_freely(start);
   if (blends_)
     begin_blend(start, end.mean);
   else
@@ -172,7 +198,7 @@ void ImplicitBlend::remember_motion(const ForceState& end) {
 }
 
 void ImplicitBlend::remember_method() {
-  if (attempts_ > 1) {
+  if (attempts_ > 1 || rings_) {
     pause_ = next_pause_;
     next_pause_ = std::min(2.0 * next_pause_, kMostPause);
   } else if (blends_) {
@@ -184,19 +210,20 @@ void ImplicitBlend::remember_method() {
 }
 
 void ImplicitBlend::save_history(std::vector<double>& memory) const {
-  memory.insert(memory.end(), {pause_, next_pause_, last_h_, former_h_});
+  memory.insert(memory.end(), {pause_, next_pause_, last_h_, former_h_, turned_ ? 1.0 : 0.0});
   for (const auto* part : {&lead_, &lag_})
     for (const Vec3& u : *part) memory.insert(memory.end(), u.data(), u.data() + 3);
 }
 
 std::span<const double> ImplicitBlend::restore_history(std::span<const double> memory) {
-  constexpr std::size_t numbers = 4;
+  constexpr std::size_t numbers = 5;
   const std::size_t n = lead_.size(), size = numbers + 6 * n;
   detail::require_memory("implicit_blend", memory.size(), size);
   pause_ = memory[0];
   next_pause_ = memory[1];
   last_h_ = memory[2];
   former_h_ = memory[3];
+  turned_ = memory[4] != 0.0;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       lead_[i][static_cast<Eigen::Index>(axis)] = memory[numbers + 3 * i + axis];

@@ -40,7 +40,7 @@ struct DressOptions {
   std::vector<std::string> poses;
   double pose_rate = BodyMotion{}.rate, pose_lead = BodyMotion{}.lead;
   int threads = 0;
-  bool every_step = false, json = false, no_picture = false, views = false;
+  bool fit_origin = false, every_step = false, json = false, no_picture = false, views = false;
 };
 
 /// GarmentCode has y up, and so have most bodies that state nothing.
@@ -104,6 +104,9 @@ DressConfig dress_config(const DressOptions& o) {
     config.fabric = find_fabric(o.fabric, std::filesystem::current_path()).material;
   config.fabric_name = o.fabric;
   if (o.strain_limit) config.fabric.strain_limit = *o.strain_limit;
+  // What the data of a fabric say holds.
+  if (!o.fabric.empty() || o.strain_limit) config.wearable_stretch = config.fabric.strain_limit;
+  config.fit_origin = o.fit_origin;
   if (o.friction) config.body_friction = *o.friction;
   config.edge_length = o.resolution;
   if (o.budget) config.budget = *o.budget;
@@ -112,7 +115,7 @@ DressConfig dress_config(const DressOptions& o) {
 
 double total_seconds(const DressResult& r) {
   double sum = 0.0;
-  for (const char* phase : {"start", "sew", "settle", "refine", "move"})
+  for (const char* phase : {"start", "sew", "settle", "skin", "refine", "move"})
     if (const auto found = r.seconds.find(phase); found != r.seconds.end()) sum += found->second;
   return sum;
 }
@@ -143,27 +146,33 @@ void print_summary(const std::string& name, const DressResult& r, const std::str
   for (const MovedPanel& moved : r.moved)
     print_escaped("moved        panel {} by {:.0f} mm before the start, to be free\n",
                   r.panel_names[static_cast<std::size_t>(moved.panel)], 1e3 * moved.by.norm());
+  if (!r.origin_moved.isZero(0.0))
+    print_escaped(
+        "origin       the pattern moved as a whole by {:.3f} m, {:.3f} m, {:.3f} m (z up)\n",
+        r.origin_moved.x(), r.origin_moved.y(), r.origin_moved.z());
   if (r.body_moved > 0)
     print_escaped(
-        "body         {} of its vertices moved back by up to {:.1f} mm where it nearly touches "
-        "itself\n",
-        r.body_moved, 1e3 * r.body_moved_by);
+        "body         {} of its vertices stay back in {}, by up to {:.1f} mm, for the cloth "
+        "between "
+        "two parts: body.obj\n",
+        r.body_moved, counted(r.skin.size(), "place"), 1e3 * r.body_moved_by);
   print_escaped("clean        {}, {} judged\n",
                 r.clean ? "yes: nothing passed through anything" : "NO: something passed through",
                 counted(static_cast<std::size_t>(r.states), "state"));
-  print_escaped("seams        {} merged, largest opening {:.2f} mm\n", r.sewn ? "all" : "not all",
-                1e3 * r.largest_opening);
+  const std::size_t open = r.open_pairs();
+  print_escaped("seams        {} merged, largest opening {:.2f} mm\n",
+                open == 0 ? "all" : "all but " + counted(open, "pair"), 1e3 * r.largest_opening);
   print_escaped("at rest      {}: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s\n",
                 r.at_rest ? "yes" : "NO", 1e3 * r.rms_speed, 1e3 * r.max_speed);
-  print_escaped("max stretch  {:.1f} %, limit {:.1f} %\n", 100.0 * r.max_stretch,
-                100.0 * r.strain_limit);
+  print_escaped("max stretch  {:.1f} %, wearable {:.1f} %; folded over {:.1f} % of the area\n",
+                100.0 * r.max_stretch, 100.0 * r.wearable_stretch, 100.0 * r.folded);
   print_under(r);
   print_motion(r);
   print_escaped("seconds     ");
   for (const auto& [phase, seconds] : r.seconds)
     if (phase.find('/') == std::string::npos) print_escaped(" {} {:.1f}", phase, seconds);
   print_escaped("\n");
-  print_escaped("verdict      {}\n", r.good() ? "good" : r.fault());
+  print_escaped("verdict      {}\n", r.verdict());
 }
 
 void write_sheet(const std::string& file, const SewingPattern& pattern) {
@@ -249,7 +258,7 @@ int dress_one(const DressOptions& o) {
     print_escaped("{}", dress_result_text(pattern.name, result, o.body));
   else
     print_summary(pattern.name, result, folder.out.string());
-  return result.good() ? 0 : 1;
+  return result.worn() ? 0 : 1;
 }
 
 std::string motion_text(const DressOptions& o) {
@@ -265,10 +274,11 @@ std::string settings_text(const DressOptions& o, const DressConfig& config) {
   const Material& f = config.fabric;
   return fmt::format(
       "resolution {}\nup {}\nunit {}\npictures {}\nsteps {}\nfabric {} {} {} {} {}\nfriction "
-      "{}\nbudget {}\n{}\n{}",
+      "{}\nbudget {}\nfit origin {}\n{}\n{}",
       o.resolution, o.up.empty() ? "file" : o.up, o.unit ? fmt::format("{}", *o.unit) : "file",
       !o.no_picture, o.every_step, o.fabric, f.density, f.stretch_stiffness, f.strain_limit,
-      f.friction, config.body_friction, config.budget, motion_text(o), version_text());
+      f.friction, config.body_friction, config.budget, o.fit_origin, motion_text(o),
+      version_text());
 }
 
 void print_dressed(const DressBatchRow& row) {
@@ -294,6 +304,7 @@ std::vector<std::string> arguments_of(const DressOptions& o) {
   if (o.budget) add("--budget", number(*o.budget));
   if (o.strain_limit) add("--strain-limit", number(*o.strain_limit));
   if (o.friction) add("--friction", number(*o.friction));
+  if (o.fit_origin) words.emplace_back("--fit-origin");
   if (!o.fabric.empty()) {
     const auto hash = o.fabric.find('#');  // FILE.json#NAME
     add("--fabric", hash == std::string::npos
@@ -347,15 +358,18 @@ int dress_list(const DressOptions& o) {
   if (!o.only.empty()) {
     const DressBatchRow row = dress_one_of(jobs, o.only, batch, methods_of_this_build());
     print_dressed(row);
-    return row.good ? 0 : 1;
+    return row.worn ? 0 : 1;
   }
   const std::vector<DressBatchRow> rows =
       dress_batch(jobs, batch, methods_of_this_build(), print_dressed);
-  const auto good =
-      std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.good; });
-  print_escaped("good: {} of {}; page {}\n", good, counted(rows.size(), "garment"),
-                (batch.out / "index.html").string());
-  return good == static_cast<std::ptrdiff_t>(rows.size()) ? 0 : 1;
+  const auto count = [&](bool DressBatchRow::*is) {
+    return std::count_if(rows.begin(), rows.end(),
+                         [&](const DressBatchRow& row) { return row.*is; });
+  };
+  const auto worn = count(&DressBatchRow::worn);
+  print_escaped("good: {} of {}, worn: {}; page {}\n", count(&DressBatchRow::good),
+                counted(rows.size(), "garment"), worn, (batch.out / "index.html").string());
+  return worn == static_cast<std::ptrdiff_t>(rows.size()) ? 0 : 1;
 }
 
 int dress_command(const DressOptions& o) {
@@ -407,6 +421,8 @@ void add_dress_options(const Command& command) {
       .show_default();
   command.option("--strain-limit", options->strain_limit, "Largest stretch that the fabric allows")
       .range(0.001, 10.0);
+  command.flag("--fit-origin", options->fit_origin,
+               "Move a pattern that is drawn for a body with another origin to its place");
   command.option("--friction", options->friction, "Friction between fabric and body")
       .range(0.0, 10.0);
   command
@@ -425,7 +441,10 @@ void add_dress_options(const Command& command) {
   command.flag("--views", options->views,
                "Also write view.html, which shows in a browser how the garment was put on");
   command.flag("--json", options->json, "Print the result as JSON");
-  command.footer("Exit code 1: the garment could not be put on as wanted; result.json says why.");
+  command.footer(
+      "Exit code 0: the garment is worn, though perhaps with a reservation. 1: it is not; "
+      "result.json says "
+      "why.");
   command.action([options] { return dress_command(*options); });
 }
 

@@ -5,6 +5,7 @@
 // across a narrow gap, both are moved back along their normals.
 #include <selvedge/core/base/types.h>
 #include <selvedge/detection/find.h>
+#include <selvedge/dress/detail/body_room.h>
 #include <selvedge/dress/detail/winding_number.h>
 #include <selvedge/dress/dress.h>
 
@@ -45,15 +46,18 @@ std::optional<double> gap_ahead(const TriangleMesh& body, const detail::WindingN
 
 /// How far each vertex has to go back so that both sides of every gap are `room` apart, m.
 std::vector<double> distances_back(const TriangleMesh& body, std::span<const Vec3> normals,
-                                   double room) {
+                                   std::span<const double> room) {
   std::vector<double> back(body.vertices.size(), 0.0);
+  const double most = room.empty() ? 0.0 : *std::max_element(room.begin(), room.end());
+  if (most <= 0.0) return back;
   const detail::WindingNumber winding(body);
-  for (const Proximity& near : find_contacts(body.vertices, body.triangles, room)) {
+  for (const Proximity& near : find_contacts(body.vertices, body.triangles, most)) {
     if (near.kind == ContactKind::edge_edge) continue;
     const std::int32_t vertex = near.vertex[0];
+    if (room[vertex] <= 0.0) continue;
     if (normals[vertex].dot(normal_of(body, near.primitive_b)) > kFacing) continue;
     if (const auto gap = gap_ahead(body, winding, normals[vertex], near))
-      back[vertex] = std::max(back[vertex], 0.5 * (room - *gap));
+      back[vertex] = std::max(back[vertex], 0.5 * (room[vertex] - *gap));
   }
   return back;
 }
@@ -74,7 +78,7 @@ void spread(std::span<const Edge> edges, std::vector<double>& back) {
 }
 
 std::vector<double> spread_distances(const TriangleMesh& body, std::span<const Vec3> normals,
-                                     double room) {
+                                     std::span<const double> room) {
   std::vector<double> back = distances_back(body, normals, room);
   spread(unique_edges(body.triangles), back);
   return back;
@@ -99,11 +103,21 @@ double eased(const std::vector<std::vector<double>>& back, std::size_t k, std::s
 
 }  // namespace
 
+std::vector<Vec3> detail::with_room(const TriangleMesh& body, std::span<const double> room) {
+  const std::vector<Vec3> normals = vertex_normals(body.vertices, body.triangles);
+  const std::vector<double> back = spread_distances(body, normals, room);
+  std::vector<Vec3> x = body.vertices;
+  for (std::size_t v = 0; v < back.size(); ++v)
+    if (back[v] > 0.0) x[v] -= back[v] * normals[v];
+  return x;
+}
+
 BodyRoom make_room(const TriangleMesh& body, double room) {
   BodyRoom made{body, 0, 0.0};
   if (room <= 0.0) return made;
   const std::vector<Vec3> normals = vertex_normals(body.vertices, body.triangles);
-  const std::vector<double> back = spread_distances(body, normals, room);
+  const std::vector<double> everywhere(body.vertices.size(), room);
+  const std::vector<double> back = spread_distances(body, normals, everywhere);
   for (std::size_t v = 0; v < back.size(); ++v) {
     if (back[v] <= 0.0) continue;
     made.body.vertices[v] -= back[v] * normals[v];
@@ -119,7 +133,8 @@ void make_room(std::vector<TriangleMesh>& frames, double room) {
   std::vector<std::vector<double>> back;
   for (const TriangleMesh& frame : frames) {
     normals.push_back(vertex_normals(frame.vertices, frame.triangles));
-    back.push_back(spread_distances(frame, normals.back(), room));
+    const std::vector<double> everywhere(frame.vertices.size(), room);
+    back.push_back(spread_distances(frame, normals.back(), everywhere));
   }
   for (std::size_t k = 0; k < frames.size(); ++k)
     for (std::size_t v = 0; v < back[k].size(); ++v)

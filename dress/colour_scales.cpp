@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/dress/detail/colour_scales.h>
+#include <selvedge/dress/detail/deformation.h>
 
-#include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace selvedge::detail {
@@ -13,12 +11,8 @@ namespace {
 /// Largest principal strain of each triangle.
 std::vector<double> largest_strains(const DressResult& r) {
   std::vector<double> strain;
-  for (std::size_t i = 0; i < r.garment.triangles.size(); ++i) {
-    const auto gradient = deformation(r, i).gradient;
-    const Eigen::Matrix2d c = gradient.transpose() * gradient;
-    const double mean = 0.5 * (c(0, 0) + c(1, 1)), half = 0.5 * (c(0, 0) - c(1, 1));
-    strain.push_back(std::sqrt(mean + elementary::hypot(half, c(0, 1))) - 1.0);
-  }
+  for (std::size_t i = 0; i < r.garment.triangles.size(); ++i)
+    strain.push_back(deformation(r.garment, r.flat, i).largest_strain());
   return strain;
 }
 
@@ -43,17 +37,6 @@ ColourScale scale_of(std::vector<double> values, double least) {
 constexpr double kLeastStrain = 0.01, kLeastPressure = 10.0;  // -, Pa: the shortest scales
 
 }  // namespace
-
-Deformation deformation(const DressResult& r, std::size_t triangle) {
-  const Triangle &t = r.garment.triangles[triangle], &f = r.flat.triangles[triangle];
-  Eigen::Matrix2d rest;
-  Eigen::Matrix<double, 3, 2> now;
-  for (int k = 0; k < 2; ++k) {
-    rest.col(k) = (r.flat.vertices[f[k + 1]] - r.flat.vertices[f[0]]).head<2>();
-    now.col(k) = r.garment.vertices[t[k + 1]] - r.garment.vertices[t[0]];
-  }
-  return {std::abs(rest.determinant()), now * rest.inverse()};
-}
 
 ColourScale strain_scale(const DressResult& r) {
   return scale_of(largest_strains(r), kLeastStrain);

@@ -3,6 +3,8 @@
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
+#include <selvedge/dress/detail/origin.h>
+#include <selvedge/dress/detail/worn_measures.h>
 #include <selvedge/dress/dress.h>
 
 #include <Eigen/Geometry>
@@ -82,45 +84,6 @@ void report_under(const detail::Garment& garment, DressResult& result) {
   }
 }
 
-/// The first garment below that is not as wanted, as a sentence; empty: none.
-std::string under_fault(const DressResult& r) {
-  for (const UnderReport& under : r.under) {
-    const double limit = under.garment.fabric.strain_limit;
-    if (under.drop > r.largest_drop)
-      return fmt::format("the garment below, \"{}\", lies {:.2f} m lower than before",
-                         under.garment.name, under.drop);
-    if (under.max_stretch > limit)
-      return fmt::format(
-          "the garment below, \"{}\", is stretched by {:.1f} %, its fabric allows "
-          "{:.1f} %",
-          under.garment.name, 100.0 * under.max_stretch, 100.0 * limit);
-  }
-  return "";
-}
-
-/// The seam with the largest opening, as a sentence.
-std::string open_seam(const DressResult& r) {
-  const auto widest = std::max_element(
-      r.seams.begin(), r.seams.end(),
-      [](const SeamReport& a, const SeamReport& b) { return a.opening_end < b.opening_end; });
-  const std::string name = widest == r.seams.end() ? "a seam" : widest->name;
-  return fmt::format("{} is open by {:.2f} mm", name, 1e3 * r.largest_opening);
-}
-
-/// The first pose at which the garment is not as wanted, as a sentence; empty: none.
-std::string pose_fault(const DressResult& r) {
-  for (std::size_t k = 0; k < r.poses.size(); ++k) {
-    const PoseReport& pose = r.poses[k];
-    if (pose.drop > r.largest_drop)
-      return fmt::format("at pose {}, it lies {:.2f} m lower on the body than before", k,
-                         pose.drop);
-    if (pose.max_stretch > r.strain_limit)
-      return fmt::format("stretched by {:.1f} % at pose {}, the fabric allows {:.1f} %",
-                         100.0 * pose.max_stretch, k, 100.0 * r.strain_limit);
-  }
-  return "";
-}
-
 /// The number of splits that make triangles of `edge_length`, and the length before them.
 struct Levels {
   int splits = 0;
@@ -196,6 +159,15 @@ class PhaseTime {
   Stopwatch watch_;
 };
 
+/// Refuses a pattern beside the body, or moves it to its place.
+void find_origin(GarmentMesh& panels, bool is_fitted, DressResult& result) {
+  const detail::OriginFit fit = detail::fit_origin(panels, result.body);
+  if (!fit.is_beside()) return;
+  if (!is_fitted || fit.origin.empty()) throw DressFailed(fit.fault());
+  for (Vec3& x : panels.placed) x += fit.by;
+  result.origin_moved = fit.by;
+}
+
 void leave_room(const TriangleMesh& body, double room, DressResult& result) {
   const PhaseTime time(result, "start");
   BodyRoom made = make_room(body, room);
@@ -214,6 +186,7 @@ detail::Garment make_start(const SewingPattern& pattern, const DressConfig& conf
   mesh.limits = config.limits;
   GarmentMesh panels = mesh_garment(pattern, mesh);
   start_report(panels, result);
+  find_origin(panels, config.fit_origin, result);
   result.moved = find_free_start(panels, result.body, config.largest_move, config.under,
                                  [&] { deadline.check(); });
   return detail::start_garment(panels, config.under, config.held_labels);
@@ -296,24 +269,6 @@ double SeamReport::ease() const {
   return std::max(length_a, length_b) / std::min(length_a, length_b) - 1.0;
 }
 
-std::string DressResult::fault() const {
-  if (!clean) return "something passed through something";
-  if (!sewn) return open_seam(*this);
-  if (!at_rest)
-    return fmt::format("not at rest: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s",
-                       1e3 * rms_speed, 1e3 * max_speed);
-  for (std::size_t p = 0; p < panel_drop.size(); ++p)
-    if (panel_drop[p] > largest_drop)
-      return fmt::format("panel \"{}\" lies {:.2f} m lower than the pattern places it",
-                         panel_names[p], panel_drop[p]);
-  if (max_stretch > strain_limit)
-    return fmt::format(
-        "stretched by {:.1f} %, the fabric allows {:.1f} %; the garment is too small",
-        100.0 * max_stretch, 100.0 * strain_limit);
-  if (const std::string fault = under_fault(*this); !fault.empty()) return fault;
-  return motion_fault.empty() ? pose_fault(*this) : motion_fault;
-}
-
 SewingPattern turned_upright(SewingPattern pattern, UpAxis up) {
   Mat3 turn = Mat3::Identity();
   if (up == UpAxis::x) turn << 0, 1, 0, 0, 0, 1, 1, 0, 0;
@@ -335,6 +290,7 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   result.fabric_name = config.fabric_name;
   result.body_friction = config.body_friction;
   result.largest_drop = config.largest_drop;
+  result.wearable_stretch = config.wearable_stretch;
   leave_room(body, config.body_room, result);
   check_under(config.under, result.body);
   for (const WornGarment& worn : config.under) result.under.push_back({.garment = worn});
@@ -345,6 +301,11 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   {
     const PhaseTime time(result, "settle");
     detail::settle(garment, dressing, DressPhase::settle, result);
+  }
+  if (result.body_moved > 0) {
+    const PhaseTime time(result, "skin");
+    detail::return_skin(garment, dressing, body, result.body, result);
+    if (levels.splits == 0) detail::settle(garment, dressing, DressPhase::settle, result);
   }
   for (int level = 0; level < levels.splits; ++level) {
     const PhaseTime time(result, "refine");
@@ -361,6 +322,13 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   result.flat = garment.flat;
   result.velocity = garment.velocity;
   result.panel_of_triangle = garment.panel_of_triangle;
+  detail::report_skin(body, result);
+  result.body_crossings =
+      static_cast<std::int64_t>(find_meetings({garment.surface.vertices, garment.surface.triangles},
+                                              {result.body.vertices, result.body.triangles})
+                                    .all()
+                                    .size());
+  detail::measure_worn(start, garment, result);
   if (!config.motion.poses.empty()) {
     const PhaseTime time(result, "move");
     detail::follow_poses(garment, dressing, body, result);

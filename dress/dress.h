@@ -81,7 +81,13 @@ struct DressConfig {
   /// m, room that the body leaves for cloth where it faces itself across a narrow gap, as between
   /// thighs; its skin goes back by at most half of it. 0: the body stays as it is.
   double body_room = 0.009;
-  double largest_drop = 0.2;  ///< m, by which the mean height of a panel may sink since the start
+  /// m, by which the mean height of a panel may sink or rise since the start.
+  double largest_drop = 0.2;
+  /// Stretch from which a garment is too small to be worn, whatever its fabric survives.
+  double wearable_stretch = 0.3;
+  /// Moves a pattern that stands beside the body, because it is drawn for a body with another
+  /// origin, to its place. Otherwise such a pattern is refused.
+  bool fit_origin = false;
   double budget = std::numeric_limits<double>::infinity();  ///< s of wall time, for all of it
   PatternLimits limits;
   RestCriterion rest;
@@ -131,6 +137,23 @@ struct UnderReport {
   double drop = 0.0;         ///< m, by which its centre sank
 };
 
+/// A place at which the skin stays back from the user's body, because cloth is between two parts.
+struct SkinPlace {
+  Vec3 at = Vec3::Zero();  ///< m
+  double by = 0.0;         ///< m, at most
+  std::int64_t vertices = 0;
+};
+
+/// The most stretched place of a garment.
+struct TightPlace {
+  std::int32_t panel = -1;
+  Vec3 at = Vec3::Zero();   ///< m
+  double strain = 0.0;      ///< largest principal one of a triangle
+  double area_share = 0.0;  ///< of the garment, stretched beyond DressConfig::wearable_stretch
+  /// m, around the garment in the flat pattern and around the body there; 0: not a closed ring
+  double cloth = 0.0, body = 0.0;
+};
+
 /// A garment on a body. The fields describe the pose in which it was put on, except `clean`,
 /// `states`, and those of the motion.
 struct DressResult {
@@ -144,18 +167,29 @@ struct DressResult {
   std::vector<std::uint8_t> flags;  ///< per vertex, bits of VertexFlag
   std::vector<double> pressure;     ///< Pa per vertex, of the body on it, normal, in the last step
   std::vector<MovedPanel> moved;
-  TriangleMesh body;            ///< m, on which it lies, with `body_room`
-  std::int64_t body_moved = 0;  ///< vertices of the body that made room
-  double body_moved_by = 0.0;   ///< m, at most
+  TriangleMesh body;                 ///< m, on which it lies
+  std::int64_t body_moved = 0;       ///< its vertices that differ from the user's body
+  double body_moved_by = 0.0;        ///< m, at most
+  std::vector<SkinPlace> skin;       ///< where they are
+  std::int64_t body_crossings = 0;   ///< pairs of triangles of garment and `body` that meet
+  Vec3 origin_moved = Vec3::Zero();  ///< m, by which DressConfig::fit_origin moved the pattern
   std::vector<SeamReport> seams;
   bool clean = false;    ///< no accepted state and no path between two has an intersection
   bool sewn = false;     ///< every pair of every stitch is one vertex, or nearer than edge/10
   bool at_rest = false;  ///< the rest criterion holds
-  double rms_speed = 0.0, max_speed = 0.0;   ///< m/s, at the end
-  double energy_share = 0.0;                 ///< as in RestCriterion
-  double largest_opening = 0.0;              ///< m, of all seams at the end
-  double max_stretch = 0.0;                  ///< of a spring, at the end
-  double strain_limit = 0.0;                 ///< of the fabric
+  double rms_speed = 0.0, max_speed = 0.0;  ///< m/s, at the end
+  double energy_share = 0.0;                ///< as in RestCriterion
+  double largest_opening = 0.0;             ///< m, of all seams at the end
+  double max_stretch = 0.0;                 ///< of a spring, at the end
+  double strain_limit = 0.0;                ///< of the fabric
+  double wearable_stretch = 0.0;            ///< DressConfig::wearable_stretch
+  TightPlace tight;
+  double folded = 0.0;               ///< share of the area that lies folded over itself
+  std::vector<double> panel_folded;  ///< the same of each panel
+  /// m, mean distance of the corners of a panel from the mirror images of their partners, the
+  /// largest of all panels; -1: the pattern is not its own mirror image
+  double asymmetry = -1.0;
+  std::int32_t asymmetric_panel = -1;
   std::string fabric_name;                   ///< DressConfig::fabric_name
   double body_friction = 0.0;                ///< DressConfig::body_friction
   double largest_drop = 0.0;                 ///< m, DressConfig::largest_drop
@@ -173,10 +207,17 @@ struct DressResult {
       seconds;  ///< by phase: start, sew, settle, refine, move; and parts of them
   std::string state_hash;
 
-  /// Clean, sewn, at rest, where the pattern places it, and stretched within the limit.
-  bool good() const { return fault().empty(); }
-  /// The first promise that does not hold, as a sentence; empty: none.
+  /// Why it is not worn: not clean against the body on which it lies, not sewn, or not at rest; the
+  /// first reason, as a sentence. Empty: it is worn.
   std::string fault() const;
+  /// Why a tailor would not sign it although it is worn: too small, lower or higher than the
+  /// pattern places it, folded over, one-sided; all reasons. Empty: none.
+  std::string reservation() const;
+  bool worn() const { return fault().empty(); }
+  bool good() const { return worn() && reservation().empty(); }
+  /// "good", "worn, but " and the reservation, or the fault.
+  std::string verdict() const;
+  std::size_t open_pairs() const;  ///< pairs of all seams that are not merged
 };
 
 /// A garment that cannot be put on: no free start, a step that cannot be made clean. The message

@@ -102,6 +102,7 @@ bool row_from(const JsonValue<nlohmann::json>& json, DressBatchRow& row) {
   const std::string state = json.text_or("dress", "");
   if (state != "finished" && state != "failed") return false;
   row.good = json.flag_or("good", false);
+  row.worn = json.flag_or("worn", row.good);
   row.verdict = json.text_or("verdict", "");
   row.panels = json.has("panels") ? json["panels"].json().size() : 0;
   row.vertices = json.has("vertices") ? json["vertices"].whole<std::size_t>() : 0;
@@ -233,7 +234,7 @@ std::string article(const DressBatchRow& row) {
         counted(row.states, "state"), 1e3 * row.opening, 1e2 * row.stretch);
   }
   text +=
-      fmt::format("<p class=\"{}\">{}</p>\n", row.good ? "good" : "bad", html_escaped(row.verdict));
+      fmt::format("<p class=\"{}\">{}</p>\n", row.worn ? "good" : "bad", html_escaped(row.verdict));
   std::string links;
   if (row.view) links += fmt::format("<a href=\"{}/{}\">in 3D</a> ", url, kViewFile);
   if (row.vertices > 0) links += fmt::format("<a href=\"{}/result.json\">result</a>", url);
@@ -269,7 +270,9 @@ std::vector<DressJob> read_dress_list(const fs::path& list, const fs::path& body
 std::string dress_page(const std::vector<DressBatchRow>& rows, std::size_t open) {
   const auto good =
       std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.good; });
-  std::string summary = fmt::format("Good: {} of {}", good, rows.size());
+  const auto worn =
+      std::count_if(rows.begin(), rows.end(), [](const DressBatchRow& row) { return row.worn; });
+  std::string summary = fmt::format("Good: {} of {}, worn: {}", good, rows.size(), worn);
   summary += open > 0 ? fmt::format("; {} are still to come.", open) : ".";
   std::string articles;
   for (const DressBatchRow& row : rows) articles += article(row);

@@ -5,6 +5,7 @@
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/dress/detail/colour_scales.h>
+#include <selvedge/dress/detail/deformation.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/dress_result.h>
 #include <selvedge/pictures/internal/garment_pictures.h>
@@ -103,6 +104,16 @@ void write_garment_obj(const fs::path& file, const DressResult& result, std::spa
   write_text_file(file, obj.text());
 }
 
+/// The body on which the garment lies, where it differs from that of the user.
+void write_body(const fs::path& file, const TriangleMesh& body, const LoadConfig& axes) {
+  std::string text = "# the body on which garment.obj lies\n";
+  for (const Vec3& p : to_file(body.vertices, axes))
+    fmt::format_to(std::back_inserter(text), "v {:.17g} {:.17g} {:.17g}\n", p.x(), p.y(), p.z());
+  for (const Triangle& t : body.triangles)
+    fmt::format_to(std::back_inserter(text), "f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  write_text_file(file, text);
+}
+
 /// The garments below as they lie now: under/0.obj is the innermost.
 void write_under(const fs::path& out, const DressResult& result, const LoadConfig& axes) {
   for (std::size_t k = 0; k < result.under.size(); ++k) {
@@ -122,7 +133,7 @@ std::array<std::vector<double>, 2> weft_and_warp(const DressResult& r) {
                                             std::vector<double>(n, 0.0)};
   std::vector<double> area(n, 0.0);
   for (std::size_t i = 0; i < r.garment.triangles.size(); ++i) {
-    const auto [a, gradient] = detail::deformation(r, i);
+    const auto [a, gradient] = detail::deformation(r.garment, r.flat, i);
     for (const std::int32_t v : r.garment.triangles[i]) {
       for (int k = 0; k < 2; ++k) strain[k][v] += a * (gradient.col(k).norm() - 1.0);
       area[v] += a;
@@ -179,7 +190,7 @@ class DressFolder {
     make(config.out);
     lock_.emplace(config.out, "dress");
     for (const char* part : {"frames", "steps", "motion", "poses", "pictures", "under",
-                             "garment.obj", "garment.ply", "view.html"})
+                             "garment.obj", "garment.ply", "body.obj", "view.html"})
       fs::remove_all(config.out / part);
     write_text_file(config.out / "result.json", Json{{kMarker, "unfinished"}}.dump(2) + "\n");
     open(dressing_, config.out);
@@ -319,7 +330,8 @@ Json panel_json(const DressResult& result, std::size_t p) {
     if (moved.panel == static_cast<std::int32_t>(p)) by = moved.by;
   return {{"name", result.panel_names[p]},
           {"moved_at_start_m", by.norm()},
-          {"drop_m", result.panel_drop[p]}};
+          {"drop_m", result.panel_drop[p]},
+          {"folded_share", result.panel_folded[p]}};
 }
 
 Json under_json(const DressResult& result) {
@@ -356,11 +368,24 @@ Json seconds_json(const DressResult& result) {
   return seconds;
 }
 
+/// The most stretched place; places are in metres, z up, as in frames/.
+Json tight_json(const DressResult& r) {
+  const TightPlace& tight = r.tight;
+  if (tight.panel < 0) return nullptr;
+  return {{"panel", r.panel_names[static_cast<std::size_t>(tight.panel)]},
+          {"at_m", {tight.at.x(), tight.at.y(), tight.at.z()}},
+          {"strain", tight.strain},
+          {"area_share", tight.area_share},
+          {"cloth_around_m", tight.cloth},
+          {"body_around_m", tight.body}};
+}
+
 Json result_json(const std::string& pattern, const DressResult& r, const std::string& body_name) {
   Json json = {{kMarker, "finished"},
                {"pattern", pattern},
                {"body", body_name},
-               {"verdict", r.good() ? "good" : r.fault()},
+               {"verdict", r.verdict()},
+               {"worn", r.worn()},
                {"good", r.good()},
                {"clean", r.clean},
                {"sewn", r.sewn},
@@ -371,11 +396,15 @@ Json result_json(const std::string& pattern, const DressResult& r, const std::st
                {"largest_opening_m", r.largest_opening},
                {"max_stretch", r.max_stretch},
                {"strain_limit", r.strain_limit},
+               {"wearable_stretch", r.wearable_stretch},
+               {"folded_share", r.folded},
                {"fabric", r.fabric_name},
                {"body_friction", r.body_friction},
                {"drop_m", r.drop},
                {"body_vertices_moved_back", r.body_moved},
                {"body_moved_back_m", r.body_moved_by},
+               {"body_crossings", r.body_crossings},
+               {"unmerged_pairs", r.open_pairs()},
                {"states_judged", r.states},
                {"sewing_attempts", r.attempts},
                {"flagged_vertices", std::count_if(r.flags.begin(), r.flags.end(),
@@ -389,6 +418,14 @@ Json result_json(const std::string& pattern, const DressResult& r, const std::st
                {"state_hash", r.state_hash}};
   json["strain_scale_top"] = strain_scale(r).top;
   json["pressure_scale_top_Pa"] = pressure_scale(r).top;
+  json["tight"] = tight_json(r);
+  if (r.asymmetry >= 0.0) json["asymmetry_m"] = r.asymmetry;
+  json["skin_back"] = Json::array();
+  for (const SkinPlace& place : r.skin)
+    json["skin_back"].push_back({{"at_m", {place.at.x(), place.at.y(), place.at.z()}},
+                                 {"by_m", place.by},
+                                 {"vertices", place.vertices}});
+  json["pattern_moved_m"] = {r.origin_moved.x(), r.origin_moved.y(), r.origin_moved.z()};
   json["panels"] = Json::array();
   for (std::size_t p = 0; p < r.panel_names.size(); ++p) json["panels"].push_back(panel_json(r, p));
   json["seams"] = Json::array();
@@ -464,6 +501,7 @@ DressResult dress_into_folder(const SewingPattern& pattern, const TriangleMesh& 
     write_garment_obj(folder.out / "garment.obj", result, result.garment.vertices,
                       folder.body_file);
     write_garment_ply(folder.out / "garment.ply", result, folder.body_file);
+    if (result.body_moved > 0) write_body(folder.out / "body.obj", result.body, folder.body_file);
     if (!result.under.empty()) make(folder.out / "under");
     write_under(folder.out, result, folder.body_file);
     write_poses(folder, result, files);

@@ -17,6 +17,7 @@ namespace selvedge {
 ///                             coordinates in metres, one group for each panel
 ///   garment.ply               the same vertices with flags, strains along warp and weft, and the
 ///                             pressure of the body (Pa)
+///   body.obj                  the body on which it lies, if it differs from the user's
 ///   frames/cloth_00000.ply    the motion up to it, frame by frame, z up; frames/bodies_00000.ply
 ///   steps/cloth_000000.ply    with `every_step`: every accepted state
 ///   pictures/front.png, back.png, and the same of strain_ and pressure_: the largest strain of

@@ -5,6 +5,7 @@
 // and doubles where the seams stop to close, as around a tight waist.
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/dress/detail/deformation.h>
 #include <selvedge/dress/detail/dressing.h>
 
 #include <algorithm>
@@ -26,7 +27,8 @@ constexpr int kMostReleases = 3;        // of an attempt
 constexpr double kReleaseTime = 0.3;    // s, without a pull
 constexpr double kReleaseLonger = 1.5;  // s, by which each release lengthens the sewing
 constexpr double kReleaseBending =
-    300.0;  // factor of the bending stiffness since the first release
+    300.0;                              // factor of the bending stiffness since the first release
+constexpr double kAroundOpening = 0.1;  // m, in which the stretch beside an open pair is measured
 /// Share of their first opening at which seams that span the body enclose it.
 constexpr double kEnclosing = 0.1;
 
@@ -211,11 +213,23 @@ class Sewing {
 
   [[noreturn]] void refuse_open_seam() {
     const std::size_t widest = garment_.widest_seam();
+    const std::vector<Edge> pairs = garment_.open_pairs(widest);
+    const std::vector<Vec3>& x = garment_.surface.vertices;
+    const Edge& pair =
+        *std::max_element(pairs.begin(), pairs.end(), [&](const Edge& a, const Edge& b) {
+          return (x[a[1]] - x[a[0]]).norm() < (x[b[1]] - x[b[0]]).norm();
+        });
+    const double strain = strain_near(garment_.surface, garment_.flat,
+                                      0.5 * (x[pair[0]] + x[pair[1]]), kAroundOpening);
     throw DressFailed(fmt::format(
-        "{} does not close: {} of its {} pairs are open, by at most {:.1f} mm; the garment is too "
-        "small there for the body, or a part of it is in the way",
-        result_.seams[widest].name, garment_.open_pairs(widest).size(),
-        garment_.stitches[widest].a.size(), 1e3 * garment_.opening(widest)));
+        "{} does not close: {} of its {} pairs are open, by at most {:.1f} mm; the cloth beside it "
+        "is "
+        "stretched by {:.0f} %: {}",
+        result_.seams[widest].name, pairs.size(), garment_.stitches[widest].a.size(),
+        1e3 * garment_.opening(widest), 100.0 * strain,
+        strain > config_.wearable_stretch ? "the garment is too small there for the body"
+                                          : "something is in the way, or the panels start too far "
+                                            "from their places"));
   }
 
   Garment& garment_;

@@ -70,8 +70,7 @@ void bend(const SewingPattern& pattern, const DividedEdge& border, bool mirrored
   const Vec3 first = flat[border.vertices.front()] - laid(0),
              last = flat[border.vertices.back()] - laid(curve.size() - 1);
   for (std::size_t i = 1; i < border.vertices.size(); i += 2)
-    flat[border.vertices[i]] =
-        laid(i) + first + static_cast<double>(i) / pieces * (last - first);
+    flat[border.vertices[i]] = laid(i) + first + static_cast<double>(i) / pieces * (last - first);
 }
 
 }  // namespace

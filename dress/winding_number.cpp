@@ -16,7 +16,7 @@ namespace selvedge::detail {
 namespace {
 
 /// A cluster is far from here on, in radii; the error is then below 0.02.
-constexpr double kFar = 3.0;
+constexpr double kFarAway = 3.0;
 constexpr std::int32_t kLeaf = 8;  // triangles
 
 /// Half the solid angle of a triangle, seen from the origin.
@@ -28,7 +28,8 @@ double half_solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 }  // namespace
 
-WindingNumber::WindingNumber(const TriangleMesh& body) : body_(body), order_(body.triangles.size()) {
+WindingNumber::WindingNumber(const TriangleMesh& body)
+    : body_(body), order_(body.triangles.size()) {
   std::iota(order_.begin(), order_.end(), 0);
   if (!order_.empty()) build(0, static_cast<std::int32_t>(order_.size()));
 }
@@ -81,7 +82,7 @@ double WindingNumber::at(const Vec3& point) const {
     open.pop_back();
     const Vec3 way = cluster.middle - point;
     const double distance = way.norm();
-    if (distance > kFar * cluster.radius) {
+    if (distance > kFarAway * cluster.radius) {
       sum += 0.5 * cluster.area.dot(way) / (distance * distance * distance);
     } else if (cluster.second > 0) {
       open.push_back(cluster.second);

@@ -52,8 +52,8 @@ struct GarmentMesh {
     double length_a = 0.0, length_b = 0.0;  ///< m, along the curves
     SeamDirection direction;
   };
-  /// The first or last vertices of both sides are the same vertex where a dart ends. Both sides have
-  /// a single vertex if they are joined with their neighbours.
+  /// The first or last vertices of both sides are the same vertex where a dart ends. Both sides
+  /// have a single vertex if they are joined with their neighbours.
   std::vector<Stitch> stitches;
   /// Vertices of the edges with a label, ascending.
   std::map<std::string, std::vector<std::int32_t>> labels;

@@ -150,9 +150,8 @@ class PolygonMesher {
     const double least = kInsertSpacing * field_.size(centroid);
     const auto has_near = [&](std::int32_t c) {
       const auto& v = net_.cell(c).v;
-      return std::any_of(v.begin(), v.end(), [&](std::int32_t point) {
-        return (at(point) - centroid).norm() < least;
-      });
+      return std::any_of(v.begin(), v.end(),
+                         [&](std::int32_t point) { return (at(point) - centroid).norm() < least; });
     };
     const auto& across = net_.cell(cell).across;
     return has_near(cell) || std::any_of(across.begin(), across.end(), [&](std::int32_t c) {

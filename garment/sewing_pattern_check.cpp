@@ -255,8 +255,9 @@ class PatternCheck {
                             limits_.length_ratio));
   }
 
-  /// A panel whose seams to others are all twisted as the panels stand, although the file says which
-  /// ends meet, has its loop the wrong way round. Of two such panels, the one that runs clockwise.
+  /// A panel whose seams to others are all twisted as the panels stand, although the file says
+  /// which ends meet, has its loop the wrong way round. Of two such panels, the one that runs
+  /// clockwise.
   void check_sides() const {
     const std::vector<SeamDirection> directions = seam_directions(pattern_);
     std::vector<std::vector<std::int32_t>> twisted(pattern_.panels.size());

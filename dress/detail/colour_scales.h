@@ -11,14 +11,6 @@
 
 namespace selvedge::detail {
 
-/// How a triangle is deformed: its area in the flat pattern (twice, m²), and the gradient of its
-/// place over the pattern.
-struct Deformation {
-  double area = 0.0;
-  Eigen::Matrix<double, 3, 2> gradient;
-};
-Deformation deformation(const DressResult& r, std::size_t triangle);
-
 /// The largest principal strain of each triangle.
 ColourScale strain_scale(const DressResult& r);
 /// The pressure of the body on each triangle, Pa.

@@ -187,6 +187,12 @@ void sew(Garment& garment, const Dressing& dressing, const SewAttempt& attempt,
          DressResult& result);
 /// Lets the garment come to rest.
 void settle(Garment& garment, const Dressing& dressing, DressPhase phase, DressResult& result);
+/// Lets the skin of `worn`, which made room, come out to `body` again, as far as the cloth leaves
+/// it room; the garment moves with it.
+void return_skin(Garment& garment, const Dressing& dressing, const TriangleMesh& body,
+                 TriangleMesh& worn, DressResult& result);
+/// How far the body on which the garment lies differs from that of the user.
+void report_skin(const TriangleMesh& body, DressResult& result);
 /// Moves the body through DressConfig::motion; the garment follows. `body` is that in the dressing
 /// pose without room. A motion that cannot go on ends with its reason in the result.
 void follow_poses(Garment& garment, const Dressing& dressing, const TriangleMesh& body,

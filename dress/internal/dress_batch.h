@@ -44,10 +44,11 @@ struct DressBatchConfig {
 /// What became of one garment.
 struct DressBatchRow {
   DressJob job;
-  bool good = false;
+  bool worn = false;    ///< clean, sewn and at rest
+  bool good = false;    ///< and nothing to object
   bool kept = false;    ///< was finished before
   bool view = false;    ///< has a page that shows it in three dimensions, view.html
-  std::string verdict;  ///< "good", or a sentence
+  std::string verdict;  ///< DressResult::verdict
   std::size_t panels = 0, vertices = 0, states = 0;
   double seconds = 0.0;  ///< wall time, without the output
   double opening = 0.0;  ///< m, the largest of a seam

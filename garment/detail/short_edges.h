@@ -33,10 +33,10 @@ class ShortEdges {
   Vec2 corner(std::int32_t panel, std::int32_t edge) const;
 
   const SewingPattern& pattern_;
-  double longest_ = 0.0;                      // m, of a run
-  std::vector<std::vector<double>> length_;   // m, per panel and edge
-  std::vector<std::vector<char>> joined_;     // per panel and edge
-  std::vector<std::int32_t> kept_;            // edges per panel that are not joined
+  double longest_ = 0.0;                     // m, of a run
+  std::vector<std::vector<double>> length_;  // m, per panel and edge
+  std::vector<std::vector<char>> joined_;    // per panel and edge
+  std::vector<std::int32_t> kept_;           // edges per panel that are not joined
 };
 
 }  // namespace selvedge::detail

@@ -20,10 +20,10 @@ TriangleMesh ball(int rings, const Vec3& shift, std::mt19937& random) {
   for (int i = 1; i < rings; ++i)
     for (int k = 0; k < 2 * rings; ++k) {
       const double a = std::numbers::pi * i / rings, b = std::numbers::pi * k / rings;
-      mesh.vertices.push_back(0.5 * bump(random) *
-                                  Vec3(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b),
-                                       std::cos(a)) +
-                              shift);
+      mesh.vertices.push_back(
+          0.5 * bump(random) *
+              Vec3(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)) +
+          shift);
     }
   const auto at = [&](int i, int k) { return 2 + (i - 1) * 2 * rings + k % (2 * rings); };
   for (int k = 0; k < 2 * rings; ++k) {
@@ -66,7 +66,8 @@ TEST(WindingNumber, OfTheTreeIsThatOfTheSum) {
     const detail::WindingNumber winding(body);
     for (int i = 0; i < 300; ++i) {
       Vec3 p(spread(random), spread(random), spread(random));
-      if (i % 3 == 0) p = 1.0002 * body.vertices[static_cast<std::size_t>(i) % body.vertices.size()];
+      if (i % 3 == 0)
+        p = 1.0002 * body.vertices[static_cast<std::size_t>(i) % body.vertices.size()];
       EXPECT_NEAR(winding.at(p), summed(body, p), 0.02) << shape << " " << p.transpose();
     }
   }

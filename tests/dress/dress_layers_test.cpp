@@ -74,8 +74,8 @@ TEST(DressLayers, AGarmentIsPutOverAnotherWithoutACrossing) {
     EXPECT_GT(mean_radius(r.garment), mean_radius(r.under[0].garment.surface));
     DressResult strict = r;
     strict.under[0].garment.fabric.strain_limit = 0.5 * r.under[0].max_stretch;
-    EXPECT_NE(strict.fault().find("the garment below, \"inner\""), std::string::npos)
-        << strict.fault();
+    EXPECT_NE(strict.reservation().find("the garment below, \"inner\""), std::string::npos)
+        << strict.reservation();
   }
   EXPECT_EQ(results[0].state_hash, results[1].state_hash);
   EXPECT_EQ(results[0].garment.vertices, results[1].garment.vertices);

@@ -87,7 +87,8 @@ TEST(ShortEdges, AThousandPanelsHaveVerticesInProportionToTheirArea) {
     const GarmentMesh mesh = mesh_garment(pattern, {.edge_length = h});
     joined += static_cast<int>(!mesh.notes.empty() &&
                                mesh.notes[0].find("joined with") != std::string::npos);
-    const double area = std::abs(panel_area(pattern.panels[0])), around = perimeter(pattern.panels[0]);
+    const double area = std::abs(panel_area(pattern.panels[0])),
+                 around = perimeter(pattern.panels[0]);
     // An equilateral mesh has 1.15 vertices for each square of its edge length. A side at the limit
     // of joining has up to 30 more around it.
     EXPECT_LT(static_cast<double>(mesh.panel_quality[0].vertices),
@@ -159,7 +160,8 @@ TEST(PatternFaults, ABowtieIsToldThatItCrossesItself) {
     const Eigen::Rotation2Dd rotation(angle);
     // The halves of a symmetric one have areas of opposite signs, so the sum is 0.
     std::vector<Vec2> loop;
-    for (const Vec2& p : {Vec2(0, 0), Vec2(w, h), Vec2(w, 0), Vec2(0, h)}) loop.push_back(rotation * p);
+    for (const Vec2& p : {Vec2(0, 0), Vec2(w, h), Vec2(w, 0), Vec2(0, h)})
+      loop.push_back(rotation * p);
     SewingPattern pattern{.name = "tie", .panels = {panel_of("bow", loop, 0.0)}, .stitches = {}};
     const std::string message = refusal(pattern);
     EXPECT_NE(message.find("crosses itself"), std::string::npos) << message;

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <selvedge/core/base/types.h>
+#include <selvedge/garment/panel_mesh.h>
+
+#include <string>
+
+namespace selvedge::detail {
+
+/// Where a pattern stands that is drawn for a body with another origin.
+struct OriginFit {
+  Vec3 by = Vec3::Zero();    ///< m, that moves the pattern as a whole to its place on the body
+  double distance = 0.0;     ///< m, mean of the panels from the body, as they stand
+  double distance_by = 0.0;  ///< m, the same once they are moved
+  std::string origin;        ///< of the body for which the pattern is drawn; empty: unknown
+  double gap = 0.0;          ///< m, between the boxes of pattern and body; 0: they meet
+
+  bool is_beside() const;
+  /// How the pattern stands, as a sentence.
+  std::string fault() const;
+};
+
+/// Tries the two origins that bodies have, at the pelvis and between the feet.
+OriginFit fit_origin(const GarmentMesh& garment, const TriangleMesh& body);
+
+}  // namespace selvedge::detail

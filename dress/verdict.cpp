@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+//
+// What is said about a dressed garment.
+#include <fmt/format.h>
+#include <selvedge/dress/dress.h>
+
+#include <algorithm>
+#include <string>
+
+namespace selvedge {
+namespace {
+
+constexpr double kFolded = 0.02;      // share of the area that may lie folded over
+constexpr double kOneSided = 0.01;    // m, by which the sides of a symmetric pattern may differ
+constexpr double kNoticeable = 5e-3;  // share of the area below which tightness is local
+
+std::string panel_name(const DressResult& r, std::int32_t panel) {
+  return fmt::format("panel \"{}\"", r.panel_names[static_cast<std::size_t>(panel)]);
+}
+
+/// Where the garment is too small, with its measures there; empty: nowhere.
+std::string too_small(const DressResult& r) {
+  const TightPlace& tight = r.tight;
+  if (std::max(r.max_stretch, tight.strain) <= r.wearable_stretch || tight.panel < 0) return "";
+  std::string measures;
+  if (tight.body > tight.cloth)
+    measures = fmt::format(" (cloth {:.2f} m around, body {:.2f} m)", tight.cloth, tight.body);
+  return fmt::format(
+      "{} at {}{}: stretched by {:.0f} %, {:.1f} % of the garment by more than {:.0f} %",
+      tight.area_share > kNoticeable ? "too small" : "tight in a small place",
+      panel_name(r, tight.panel), measures, 100.0 * std::max(r.max_stretch, tight.strain),
+      100.0 * tight.area_share, 100.0 * r.wearable_stretch);
+}
+
+/// The seam with the largest opening.
+std::string open_seam(const DressResult& r) {
+  const auto widest = std::max_element(
+      r.seams.begin(), r.seams.end(),
+      [](const SeamReport& a, const SeamReport& b) { return a.opening_end < b.opening_end; });
+  const std::string name = widest == r.seams.end() ? "a seam" : widest->name;
+  return fmt::format("{} is open by {:.2f} mm", name, 1e3 * r.largest_opening);
+}
+
+/// The first panel that is not where the pattern places it.
+std::string misplaced(const DressResult& r) {
+  for (std::size_t p = 0; p < r.panel_drop.size(); ++p)
+    if (std::abs(r.panel_drop[p]) > r.largest_drop)
+      return fmt::format("panel \"{}\" lies {:.2f} m {} than the pattern places it",
+                         r.panel_names[p], std::abs(r.panel_drop[p]),
+                         r.panel_drop[p] > 0.0 ? "lower" : "higher");
+  return "";
+}
+
+std::string folded_over(const DressResult& r) {
+  if (r.folded <= kFolded) return "";
+  const auto most = std::max_element(r.panel_folded.begin(), r.panel_folded.end());
+  return fmt::format(
+      "folded over itself on {:.1f} % of its area, most of all {} ({:.0f} %)", 100.0 * r.folded,
+      panel_name(r, static_cast<std::int32_t>(most - r.panel_folded.begin())), 100.0 * *most);
+}
+
+std::string one_sided(const DressResult& r) {
+  if (r.asymmetry <= kOneSided) return "";
+  return fmt::format(
+      "one-sided: the corners of {} differ by {:.1f} cm from those of its mirror image",
+      panel_name(r, r.asymmetric_panel), 100.0 * r.asymmetry);
+}
+
+std::string too_stretched(const DressResult& r) {
+  if (r.max_stretch <= r.strain_limit) return "";
+  return fmt::format("stretched by {:.1f} %, the fabric allows {:.1f} %", 100.0 * r.max_stretch,
+                     100.0 * r.strain_limit);
+}
+
+/// The first garment below that is not as wanted.
+std::string under_reservation(const DressResult& r) {
+  for (const UnderReport& under : r.under) {
+    const double limit = under.garment.fabric.strain_limit;
+    if (under.drop > r.largest_drop)
+      return fmt::format("the garment below, \"{}\", lies {:.2f} m lower than before",
+                         under.garment.name, under.drop);
+    if (under.max_stretch > limit)
+      return fmt::format(
+          "the garment below, \"{}\", is stretched by {:.1f} %, its fabric allows "
+          "{:.1f} %",
+          under.garment.name, 100.0 * under.max_stretch, 100.0 * limit);
+  }
+  return "";
+}
+
+/// The first pose at which the garment is not as wanted.
+std::string pose_reservation(const DressResult& r) {
+  for (std::size_t k = 0; k < r.poses.size(); ++k) {
+    const PoseReport& pose = r.poses[k];
+    if (pose.drop > r.largest_drop)
+      return fmt::format("at pose {}, it lies {:.2f} m lower on the body than before", k,
+                         pose.drop);
+    if (pose.max_stretch > r.strain_limit)
+      return fmt::format("stretched by {:.1f} % at pose {}, the fabric allows {:.1f} %",
+                         100.0 * pose.max_stretch, k, 100.0 * r.strain_limit);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::size_t DressResult::open_pairs() const {
+  std::size_t open = 0;
+  for (const SeamReport& seam : seams) open += seam.pairs - seam.merged;
+  return open;
+}
+
+std::string DressResult::fault() const {
+  if (!clean) return "something passed through something";
+  if (body_crossings > 0)
+    return fmt::format("{} pairs of triangles of garment and body meet", body_crossings);
+  if (!sewn) {
+    const std::string small = too_small(*this);
+    return small.empty() ? open_seam(*this) : small + "; " + open_seam(*this);
+  }
+  if (!at_rest)
+    return fmt::format("not at rest: root mean square speed {:.1f} mm/s, at most {:.0f} mm/s",
+                       1e3 * rms_speed, 1e3 * max_speed);
+  return motion_fault;
+}
+
+std::string DressResult::reservation() const {
+  std::string all;
+  for (const auto& reason : {too_small, misplaced, folded_over, one_sided, too_stretched,
+                             under_reservation, pose_reservation})
+    if (const std::string sentence = reason(*this); !sentence.empty())
+      all += (all.empty() ? "" : "; ") + sentence;
+  return all;
+}
+
+std::string DressResult::verdict() const {
+  if (!worn()) return fault();
+  return good() ? "good" : "worn, but " + reservation();
+}
+
+}  // namespace selvedge

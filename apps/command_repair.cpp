@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <selvedge/apps/commands.h>
+#include <selvedge/apps/detail/print.h>
+#include <selvedge/bodies/mesh_file.h>
+#include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/read_file.h>
+#include <selvedge/dress/internal/repair_garment.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace selvedge;
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+struct RepairOptions {
+  std::string mesh, against, out;
+  double unit = 1.0, clearance = RepairConfig{}.clearance;
+  int threads = 0;
+  bool json = false;
+};
+
+std::string suffix(const std::string& file) { return fs::path(file).extension().string(); }
+
+/// As in its file: no axis turned, every vertex kept.
+TriangleMesh read(const RepairOptions& o, const std::string& file) {
+  LoadConfig config;
+  config.unit = o.unit;
+  config.up = UpAxis::z;
+  config.weld = false;
+  TriangleMesh mesh = load_mesh(file, config);
+  if (mesh.triangles.empty()) throw std::invalid_argument(file + ": has no triangles");
+  return mesh;
+}
+
+/// The text of an OBJ file with other vertices; all else, such as texture coordinates, groups and
+/// polygons, stays. Vertices that did not move keep their text.
+std::string with_vertices(const std::string& text, const std::vector<Vec3>& before,
+                          const std::vector<Vec3>& x, double unit) {
+  std::string out;
+  std::size_t vertex = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size() - 1) + 1;
+    const std::string line = text.substr(at, end - at);
+    at = end;
+    const std::size_t word = line.find_first_not_of(" \t");
+    const bool is_vertex = word != std::string::npos && line.size() > word + 1 &&
+                           line[word] == 'v' && (line[word + 1] == ' ' || line[word + 1] == '\t');
+    if (!is_vertex || vertex >= x.size()) {
+      out += line;
+      continue;
+    }
+    const Vec3 p = x[vertex] / unit;
+    out += x[vertex] == before[vertex]
+               ? line
+               : fmt::format("v {:.17g} {:.17g} {:.17g}\n", p.x(), p.y(), p.z());
+    ++vertex;
+  }
+  return out;
+}
+
+void write(const RepairOptions& o, const TriangleMesh& mesh, const std::vector<Vec3>& x) {
+  if (suffix(o.mesh) == ".obj" && suffix(o.out) == ".obj") {
+    const std::string text = with_vertices(read_if_there(o.mesh), mesh.vertices, x, o.unit);
+    AtomicFile file(o.out);
+    file.write(text);
+    file.commit();
+    return;
+  }
+  std::vector<Vec3> scaled = x;
+  for (Vec3& p : scaled) p /= o.unit;
+  if (suffix(o.out) == ".ply")
+    write_ply(o.out, scaled, mesh.triangles);
+  else
+    write_obj(o.out, scaled, mesh.triangles);
+}
+
+Json to_json(const RepairOptions& o, const RepairResult& r) {
+  Json left = Json::array();
+  for (const RepairPlace& place : r.left) {
+    const Vec3 at = place.at / o.unit;
+    left.push_back({{"at", {at.x(), at.y(), at.z()}}, {"vertices", place.vertices}});
+  }
+  return {{"mesh", o.mesh},
+          {"against", o.against},
+          {"out", o.out},
+          {"clean", r.clean()},
+          {"body_pairs_before", r.body_before},
+          {"own_pairs_before", r.self_before},
+          {"body_pairs_after", r.body_after},
+          {"own_pairs_after", r.self_after},
+          {"vertices_inside", r.inside},
+          {"vertices_moved", r.moved},
+          {"largest_motion_m", r.largest_motion},
+          {"median_motion_of_the_others_m", r.median_motion},
+          {"left", left}};
+}
+
+void print(const RepairOptions& o, const RepairResult& r) {
+  print_escaped("{}: {} inside the body, {} with it and {} with itself\n", o.mesh,
+                counted(static_cast<std::size_t>(r.inside), "vertex", "vertices"),
+                counted(static_cast<std::size_t>(r.body_before), "crossing"), r.self_before);
+  print_escaped("moved        {}, at most {:.2f} mm; median of those that were outside {:.3f} mm\n",
+                counted(static_cast<std::size_t>(r.moved), "vertex", "vertices"),
+                1e3 * r.largest_motion, 1e3 * r.median_motion);
+  if (r.clean())
+    print_escaped("clean        yes; {}\n", o.out);
+  else
+    print_escaped("clean        NO: {} with the body and {} with itself remain; {}\n",
+                  counted(static_cast<std::size_t>(r.body_after), "crossing"), r.self_after, o.out);
+  for (const RepairPlace& place : r.left) {
+    const Vec3 at = place.at / o.unit;
+    print_escaped("left         {} near ({:.4g}, {:.4g}, {:.4g})\n",
+                  counted(static_cast<std::size_t>(place.vertices), "vertex", "vertices"), at.x(),
+                  at.y(), at.z());
+  }
+}
+
+int repair_command(RepairOptions o) {
+  const ThreadLimit limit(o.threads);
+  if (o.out.empty()) {
+    const fs::path file = o.mesh;
+    const std::string kind = suffix(o.mesh) == ".ply" ? ".ply" : ".obj";
+    o.out = (file.parent_path() / (file.stem().string() + "_repaired" + kind)).string();
+  }
+  std::error_code ignored;
+  if (fs::equivalent(o.out, o.mesh, ignored) || fs::equivalent(o.out, o.against, ignored))
+    throw std::invalid_argument(o.out + ": is an input, too; give --out another file");
+  if (suffix(o.out) != ".obj" && suffix(o.out) != ".ply")
+    throw std::invalid_argument(o.out + ": --out must end in .obj or .ply");
+  const TriangleMesh mesh = read(o, o.mesh), body = read(o, o.against);
+  const RepairResult result = repair_garment(mesh, body, {.clearance = o.clearance});
+  write(o, mesh, result.x);
+  if (o.json)
+    print_escaped("{}\n", to_json(o, result).dump(2));
+  else
+    print(o, result);
+  return result.clean() ? 0 : 1;
+}
+
+void add_repair_options(const Command& command) {
+  const auto options = std::make_shared<RepairOptions>();
+  command.option("mesh", options->mesh, "Mesh of a finished garment").required();
+  command.option("--against", options->against, "Mesh of the body, in the same axes and unit")
+      .required();
+  command.option(
+      "--out", options->out,
+      "Repaired mesh, OBJ or PLY (default: MESH_repaired); an OBJ file keeps all but its "
+      "vertices");
+  command.option("--clearance", options->clearance, "Distance from the body, m")
+      .positive()
+      .show_default();
+  command.option("--unit", options->unit, "Metres per unit of both files")
+      .positive()
+      .show_default();
+  command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
+      .range(0, 1024);
+  command.flag("--json", options->json, "Print the result as JSON");
+  command.footer("Exit code 1: crossings remain; the places are named.");
+  command.action([options] { return repair_command(*options); });
+}
+
+}  // namespace
+
+selvedge::ProgramCommand repair_command() {
+  return {.name = "repair",
+          .purpose = "Take the crossings out of a finished garment",
+          .add_options = add_repair_options};
+}

@@ -27,12 +27,21 @@ fi
 
 # A symbol of the C interface that no scene needs.
 exported=$(sed -n 's/^    \(selvedge_[a-z_]*\);/_\1/p' bindings/c/exported.map | grep -vE '_(scene|simulation|state)_|_set_threads' | paste -sd,)
-flags="-fexceptions -DNDEBUG -O3"
+# Eigen sums in the order of two lanes of SSE2, so the bits are those of x86-64.
+# A copy of Eigen without assembly for old compilers; Emscripten lacks the header of MMX, which Eigen includes and does not use.
+eigen=${EIGEN_INCLUDE:-/usr/include/eigen3}
+if [ ! -d "$out/include/Eigen" ]; then
+  mkdir -p "$out/include"
+  cp -r "$eigen/Eigen" "$out/include/"
+  sed -i 's/^#if EIGEN_COMP_GNUC && EIGEN_COMP_GNUC < 63/#if 0/' "$out/include/Eigen/src/Core/arch/SSE/PacketMath.h"
+  : >"$out/include/mmintrin.h"
+fi
+flags="-fexceptions -msimd128 -msse2 -I$out/include"
 off=()
 for option in APPS SIMULATION RENDER C PYTHON THREADS ASSIMP FCL LIBCCD EMBREE OSMESA PAGMO INSTALL PCH; do off+=(-DSELVEDGE_$option=OFF); done
 emcmake cmake -S . -B "$out/library" -G Ninja -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON "${off[@]}" -DSELVEDGE_JUDGE=ON \
   -DEigen3_DIR="${Eigen3_DIR:-/usr/share/eigen3/cmake}" -DSELVEDGE_GMP="$out/gmp/lib/libgmp.a" \
-  -DSELVEDGE_GMP_INCLUDE="$out/gmp/include" -DCMAKE_CXX_FLAGS="-fexceptions -isystem $out/gmp/include" >"$out/library.log"
+  -DSELVEDGE_GMP_INCLUDE="$out/gmp/include" -DCMAKE_CXX_FLAGS="$flags -isystem $out/gmp/include" >"$out/library.log"
 ninja -C "$out/library" selvedge_detection selvedge_judge >"$out/library.log" || { tail -n 30 "$out/library.log" >&2; exit 1; }
 
 version=$(sed -n 's/^project(selvedge VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
@@ -43,10 +52,10 @@ rm -rf "$out/package"
 mkdir -p "$out/package"
 mapfile -t libraries < <(find "$out/library" -name 'libselvedge_*.a')
 # shellcheck disable=SC2086
-em++ -std=c++20 $flags -ffp-contract=off -I "$out/library/include" -isystem /usr/include/eigen3 bindings/c/library.cpp \
+em++ -std=c++20 -O3 -DNDEBUG $flags -ffp-contract=off -I "$out/library/include" bindings/c/library.cpp \
   bindings/c/detection.cpp bindings/c/judge.cpp "$out/version.cpp" -Wl,--start-group "${libraries[@]}" -Wl,--end-group "$out/gmp/lib/libgmp.a" \
-  -sMODULARIZE=1 -sEXPORT_ES6=1 -sUSE_ES6_IMPORT_META=1 -sENVIRONMENT=web,worker,node -sALLOW_MEMORY_GROWTH=1 -sMAXIMUM_MEMORY=4GB \
-  -sFILESYSTEM=0 -sSTACK_SIZE=5MB -sEXPORTED_FUNCTIONS="$exported,_malloc,_free" -sEXPORTED_RUNTIME_METHODS=UTF8ToString,stringToUTF8,lengthBytesUTF8 \
+  -sMODULARIZE=1 -sEXPORT_ES6=1 -sUSE_ES6_IMPORT_META=1 -sENVIRONMENT=web -sALLOW_MEMORY_GROWTH=1 -sMAXIMUM_MEMORY=4GB \
+  -sFILESYSTEM=0 -sTOTAL_STACK=5MB -sEXPORTED_FUNCTIONS="$exported,_malloc,_free" -sEXPORTED_RUNTIME_METHODS=UTF8ToString,stringToUTF8,lengthBytesUTF8 \
   -o "$out/package/selvedge_wasm.mjs"
 cp bindings/js/{index.mjs,index.d.ts} LICENSE "$out/package/"
 sed "s/@VERSION@/$version/" bindings/js/package.json.in >"$out/package/package.json"

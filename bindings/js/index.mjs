@@ -2,7 +2,11 @@
 // Exact cloth collision in WebAssembly: the C interface (bindings/c/selvedge.h) with typed arrays. index.d.ts documents it.
 import create from './selvedge_wasm.mjs';
 
-const wasm = await create();
+// Emscripten 3.1.6 cannot load the file of an ES module in Node.
+const file = new URL('./selvedge_wasm.wasm', import.meta.url);
+const inNode = typeof process === 'object' && process.versions?.node !== undefined;
+const wasmBinary = inNode ? await (await import('node:fs/promises')).readFile(file) : await (await fetch(file)).arrayBuffer();
+const wasm = await create({ wasmBinary });
 const kPointTriangle = 0, kEdgeEdge = 2;
 export const POINT_TRIANGLE = kPointTriangle, TRIANGLE_POINT = 1, EDGE_EDGE = kEdgeEdge;
 

@@ -40,7 +40,7 @@ std::vector<IntegerPoint> to_integers(std::span<const Vec3> points) {
   for (std::size_t i = 0; i < points.size(); ++i)
     for (int k = 0; k < 3; ++k) {
       if (parts[i][k].mantissa == 0) continue;
-      integers[i][k] = static_cast<long>(parts[i][k].mantissa);
+      integers[i][k] = static_cast<double>(parts[i][k].mantissa);  // long may have 32 bits only
       integers[i][k] <<= static_cast<unsigned>(parts[i][k].exponent - lowest);
     }
   return integers;

@@ -20,9 +20,9 @@
 // real-time physics", 2018 [DinevLiuKavan2018]: the caller takes as much of v⁺ - u away as the step
 // gains energy. Deviation: where that does not suffice, and after any rejected attempt, the same
 // step is implicit Euler linearised at x, bit for bit as `implicit_euler`; so are the next few
-// steps, and those after one in which the cloth rings: what is too fast for the steps shrinks unless
-// contacts feed it. Another rejection soon after doubles their number. Guarantee: stable for any step length
-// as implicit Euler is; first order with a small constant.
+// steps, and those after one in which the cloth rings: what is too fast for the steps shrinks
+// unless contacts feed it. Another rejection soon after doubles their number. Guarantee: stable for
+// any step length as implicit Euler is; first order with a small constant.
 #include <selvedge/core/cloth/detail/force_checks.h>
 #include <selvedge/core/solver/detail/implicit_system.h>
 #include <selvedge/core/solver/integrator.h>

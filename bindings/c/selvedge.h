@@ -2,20 +2,25 @@
 /*
  * The C interface of selvedge: detection, exact queries, the judge, and simulations in memory.
  *
- * Arrays    Positions are n rows of three doubles, in metres; triangles are rows of three vertex
- *           indices. Arrays that you pass are read during the call only, unless a comment says
- * more. Errors    A function that returns int returns a code, 0 for success. selvedge_last_error()
- * has the sentence: what is wrong, where, and what helps. Results are written only on success. A
- * handle that is null, or an array that is null though its length is not 0, is SELVEDGE_INVALID; a
- * query that returns no code answers 0 or NULL. All *_free functions accept NULL. Ownership
- * Functions that write to a pointer to a pointer give you the object; free it with the function of
- * its type. `const` pointers into an object belong to the object. Threads   All functions may be
- * called from any thread. One thread at a time may use one detector or one simulation; a call that
- * would change it meanwhile returns SELVEDGE_BUSY. A call uses all processors inside, unless
- * selvedge_set_threads() says otherwise; results have the same bits for any number. Stability The
- * interface only grows: structures that you fill never change, structures that the library fills
- * may get new fields at their end, and functions keep their meaning while
- *           selvedge_interface_version() is 1.
+ * Arrays. Positions are n rows of three doubles, in metres; triangles are rows of three vertex
+ * indices. Arrays that you pass are read during the call only, unless a comment says more.
+ *
+ * Errors. A function that returns int returns a code, 0 for success. selvedge_last_error() has the
+ * sentence: what is wrong, where, and what helps. Results are written only on success. A handle
+ * that is null, or an array that is null though its length is not 0, is SELVEDGE_INVALID; a query
+ * that returns no code answers 0 or NULL. All *_free functions accept NULL.
+ *
+ * Ownership. Functions that write to a pointer to a pointer give you the object; free it with the
+ * function of its type. `const` pointers into an object belong to the object.
+ *
+ * Threads. All functions may be called from any thread. One thread at a time may use one detector
+ * or one simulation; a call that would change it meanwhile returns SELVEDGE_BUSY. A call uses all
+ * processors inside, unless selvedge_set_threads() says otherwise; results have the same bits for
+ * any number.
+ *
+ * Stability. The interface only grows: structures that you fill never change, structures that the
+ * library fills may get new fields at their end, and functions keep their meaning while
+ * selvedge_interface_version() is 1.
  */
 #ifndef SELVEDGE_H
 #define SELVEDGE_H

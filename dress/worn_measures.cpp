@@ -270,7 +270,7 @@ std::vector<double> folded_areas(const TriangleMesh& garment,
     if (normals[v].dot(normal_of(garment, t)) > kOpposite) continue;
     const auto out = outward.at(garment.vertices[v]);
     if (!out || std::abs(near.normal.dot(*out)) < kAlong) continue;
-    for (const std::int32_t k : near.vertex) is_folded[k] = 1;
+    is_folded[v] = 1;  // the vertices of the other layer have pairs of their own
   }
   std::vector<double> folded(panels, 0.0), area(panels, 0.0);
   for (std::size_t i = 0; i < garment.triangles.size(); ++i) {

@@ -56,9 +56,6 @@ struct MethodField {
     return MethodView{record.*name, record.*options, family, or_switch};
   }
 };
-// clang deduces the arguments of aggregates from its version 17 on.
-template <class T>
-MethodField(std::string T::*, MethodOptions T::*, std::size_t, bool = false) -> MethodField<T>;
 
 /// A list of formats: names, or objects with the name ("type") and options.
 template <class Names, class Options>
@@ -69,6 +66,20 @@ struct FormatsView {
 struct FormatsField {
   auto operator()(auto& output) const { return FormatsView{output.formats, output.format_options}; }
 };
+
+// clang deduces the arguments of aggregates by itself from its version 17 on.
+template <class Value>
+PairView(Value&, Value&) -> PairView<Value>;
+template <class T, class Value>
+PairField(Value T::*, Value T::*) -> PairField<T, Value>;
+template <class Name, class Options>
+MethodView(Name&, Options&, std::size_t, bool = false) -> MethodView<Name, Options>;
+template <class T>
+MethodField(std::string T::*, MethodOptions T::*, std::size_t, bool = false) -> MethodField<T>;
+template <class Names, class Options>
+FormatsView(Names&, Options&) -> FormatsView<Names, Options>;
+template <class Outer, class Inner>
+FieldWithin(Outer, Inner) -> FieldWithin<Outer, Inner>;
 
 /// A fabric as the sheet of a laboratory.
 struct FabricSheet {};

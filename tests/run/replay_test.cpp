@@ -91,7 +91,7 @@ TEST_F(Replay, AFailedRunKeepsItsLastGoodStateToTheBit) {
   const FailureBundle bundle = read_failure_bundle(folder_ / "p/failure");
   EXPECT_EQ(bundle.kind, FailureKind::not_clean);
   EXPECT_EQ(bundle.state.step, static_cast<std::int64_t>(last));
-  EXPECT_EQ(state_hash(bundle.state), result("p")["state_hash"]);
+  EXPECT_EQ(state_hash(bundle.state), result("p")["state_hash"].get<std::string>());
 }
 
 TEST_F(Replay, TheCauseIsOneLineThatNamesTimeHalvingsAndThePair) {

@@ -28,6 +28,7 @@ void register_bvh(BroadPhaseRegistry& registry);
 void register_curvature_cone(BroadPhaseRegistry& registry);
 void register_hash_grid(BroadPhaseRegistry& registry);
 void register_minimal_enclosure(BroadPhaseRegistry& registry);
+void register_normal_cone(BroadPhaseRegistry& registry);
 void register_sweep_and_prune(BroadPhaseRegistry& registry);
 void register_uniform_grid(BroadPhaseRegistry& registry);
 void register_verlet_list(BroadPhaseRegistry& registry);
@@ -35,9 +36,10 @@ void register_voxel(BroadPhaseRegistry& registry);
 
 BroadPhaseRegistry broad_phases() {
   BroadPhaseRegistry registry;
-  for (const auto add : {register_brute_force, register_bvh, register_curvature_cone,
-                         register_hash_grid, register_minimal_enclosure, register_sweep_and_prune,
-                         register_uniform_grid, register_verlet_list, register_voxel})
+  for (const auto add :
+       {register_brute_force, register_bvh, register_curvature_cone, register_hash_grid,
+        register_minimal_enclosure, register_normal_cone, register_sweep_and_prune,
+        register_uniform_grid, register_verlet_list, register_voxel})
     add(registry);
   registry.add_absent("cgal_aabb_tree", "CGAL");
   registry.add_absent("cgal_box_intersection", "CGAL");

@@ -158,6 +158,9 @@ std::unique_ptr<BroadPhase> make_bvh_aabb(const BvhConfig& config = {});
 /// approach itself [Volino1994], [Tang2009]. Reports every pair that comes nearer than the sum of
 /// the thicknesses.
 std::unique_ptr<BroadPhase> make_curvature_cone(const BvhConfig& config = {});
+/// The same with the cone of normals alone [Provot1997], without the test of the contour: misses
+/// the pairs of a surface that winds or spirals over itself with all its normals on one side.
+std::unique_ptr<BroadPhase> make_normal_cone(const BvhConfig& config = {});
 
 /// The tree with discrete orientation polytopes of k = 6, 14, 18 or 26 sides instead of boxes
 /// [Klosowski1998, Mezger2003]. Reports the pairs whose boxes overlap, except those that a plane

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
-#include <selvedge/broadphase/detail/bvh.h>
-#include <selvedge/broadphase/detail/patches.h>
-#include <selvedge/core/base/parallel.h>
+#include <selvedge/broadphase/detail/patch_cull.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -52,8 +50,6 @@ constexpr double kProjectionError = 16.0;
 /// The two directions of a projection are orthonormal except for some roundings, by which the plane
 /// may stretch distances.
 constexpr double kStretch = 1.0 + 16.0 * kRoundoff;
-/// Number of subtrees that one task tests.
-constexpr std::size_t kGrain = 16;
 
 /// The vertices of a patch relative to its first one, projected along `along`.
 class Projection {
@@ -131,27 +127,8 @@ bool are_apart(const Mover& p, const Mover& q, double distance, double error) {
   return std::min(start, end) > distance + kReserve * error;
 }
 
-class CurvatureCone final : public detail::SelfCull {
+class CurvatureCone final : public detail::PatchCull {
  public:
-  void mark(const detail::BoundingVolumeTree& tree, const SurfaceView& surface,
-            detail::SelfSkip& skip) override {
-    if (tree_ != &tree || version_ != tree.version()) {
-      patches_.build(tree, surface.triangles, surface.x_t0.size());
-      tree_ = &tree;
-      version_ = tree.version();
-    }
-    sum_normals(surface);
-    tested_.assign(1, tree.root());
-    while (!tested_.empty()) {
-      passed_.assign(tested_.size(), 0);
-      parallel_for(tested_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-          passed_[i] = cannot_meet_itself(surface, patches_.of(tested_[i])) ? 1 : 0;
-      });
-      descend(tree, skip);
-    }
-  }
-
   BroadPhaseTraits traits() const override {
     return {.pairs = PairSet::culled,
             .source =
@@ -161,13 +138,13 @@ class CurvatureCone final : public detail::SelfCull {
   }
 
   std::size_t bytes() const override {
-    return patches_.bytes() + normals_.capacity() * sizeof(Vec3);
+    return PatchCull::bytes() + normals_.capacity() * sizeof(Vec3);
   }
 
  private:
   /// Prefix sums of the area normals at half time, so that the sum below any node is a difference.
-  void sum_normals(const SurfaceView& surface) {
-    const auto order = patches_.order();
+  void begin(const SurfaceView& surface) override {
+    const auto order = patches().order();
     normals_.resize(order.size() + 1);
     normals_[0] = Vec3::Zero();
     for (std::size_t p = 0; p < order.size(); ++p) {
@@ -180,29 +157,12 @@ class CurvatureCone final : public detail::SelfCull {
     }
   }
 
-  /// Marks the subtrees that passed; the children of the others are tested next.
-  void descend(const detail::BoundingVolumeTree& tree, detail::SelfSkip& skip) {
-    children_.clear();
-    for (std::size_t i = 0; i < tested_.size(); ++i) {
-      const std::int32_t child = tested_[i];
-      if (passed_[i]) {
-        (child < 0 ? skip.leaves[~child] : skip.nodes[child]) = 1;
-      } else if (child >= 0) {
-        for (const std::int32_t c : tree.node(child).child) {
-          if (c == detail::kNoChild) break;
-          children_.push_back(c);
-        }
-      }
-    }
-    tested_.swap(children_);
-  }
-
-  bool cannot_meet_itself(const SurfaceView& surface, const Patches::Patch& patch) const {
+  bool cannot_meet_itself(const SurfaceView& surface, const Patches::Patch& patch) const override {
     if (!patch.is_disc_like) return false;
     const Vec3 along = normals_[patch.end] - normals_[patch.begin];
     // Also rejects values that overflow.
     if (!(along.squaredNorm() > 0.0 && std::isfinite(along.squaredNorm()))) return false;
-    const std::int32_t reference = patches_.contour(patch).front();
+    const std::int32_t reference = patches().contour(patch).front();
     const Projection projection(surface, reference, along);
     const double distance = kStretch * (2.0 * surface.thickness);
     double error = 0.0;
@@ -215,7 +175,7 @@ class CurvatureCone final : public detail::SelfCull {
                             const Projection& projection, double distance, double& error) const {
     double largest = 0.0;
     for (std::uint32_t i = patch.begin; i < patch.end; ++i) {
-      const Triangle& t = surface.triangles[patches_.order()[i]];
+      const Triangle& t = surface.triangles[patches().order()[i]];
       std::array<Vec2, 3> x, y;
       for (int k = 0; k < 3; ++k) {
         x[k] = projection.at_t0(t[k]), y[k] = projection.at_t1(t[k]);
@@ -243,7 +203,7 @@ class CurvatureCone final : public detail::SelfCull {
   /// (2) and (4).
   bool contour_keeps_apart(const Patches::Patch& patch, const Projection& projection,
                            double distance, double error) const {
-    const auto contour = patches_.contour(patch);
+    const auto contour = patches().contour(patch);
     const std::size_t n = contour.size();
     std::vector<Mover> edges;
     edges.reserve(n);
@@ -291,12 +251,7 @@ class CurvatureCone final : public detail::SelfCull {
     return true;
   }
 
-  Patches patches_;
-  const detail::BoundingVolumeTree* tree_ = nullptr;
-  std::uint64_t version_ = 0;
   std::vector<Vec3> normals_;
-  std::vector<std::int32_t> tested_, children_;
-  std::vector<std::uint8_t> passed_;
 };
 
 }  // namespace

@@ -221,4 +221,45 @@ TEST(CurvatureCone, LooseEdgesSharedEdgesAndTrianglesThatTurnOtherwiseAreNoObsta
 
 }  // namespace
 
+// The cone of normals alone: what it skips, and what it misses thereby.
+
+TEST(NormalCone, SkipsSurfacesWhoseNormalsLieOnOneSide) {
+  const auto part_of_cylinder = [](double turns) {
+    return sheet(32, 6, 1e-4, [=](double u, double v) {
+      const double angle = 2.0 * std::numbers::pi * turns * (u - 0.5);
+      return Vec3(std::cos(angle), std::sin(angle), v);
+    });
+  };
+  EXPECT_EQ(self_pairs(make_normal_cone(), sheet(12, 12, 1e-4, flat)).size(), 0u);
+  EXPECT_EQ(self_pairs(make_normal_cone(), part_of_cylinder(0.45)).size(), 0u);
+  EXPECT_GT(self_pairs(make_normal_cone(), part_of_cylinder(0.55)).size(), 0u);
+}
+
+TEST(NormalCone, MissesARampThatWindsTwice) {
+  const Surface s = ramp(2.0, 1e-5, 1e-5);
+  EXPECT_EQ(self_pairs(make_normal_cone(), s).size(), 0u);
+  EXPECT_GT(self_pairs(make_curvature_cone(), s).size(), 600u);
+  EXPECT_EQ(make_normal_cone()->traits().guarantee, Guarantee::approximate);
+}
+
+// Opposite normals lie in no cone below a half space, at either end of the step.
+TEST(NormalCone, KeepsThePairsOfLayersThatFaceEachOther) {
+  for (const bool at_start : {true, false}) {
+    Surface s = sheet(12, 12, 1e-3, flat);
+    std::vector<Vec3>& folded = at_start ? s.x_t0 : s.x_t1;
+    for (Vec3& x : folded)
+      if (x.x() > 0.5) x = Vec3(1.0 - x.x(), x.y(), 0.02);
+    const auto layer = [&](std::int32_t v) { return s.x_t0[v].z() + s.x_t1[v].z() > 0.0; };
+    const auto across = [&](const CandidatePairs& pairs) {
+      std::size_t count = 0;
+      for (const auto& [point, triangle] : pairs.point_triangle)
+        count += layer(point) != layer(s.triangles[triangle][0]) ? 1 : 0;
+      return count;
+    };
+    const CandidatePairs all = self_pairs(make_bvh_aabb(), s);
+    EXPECT_GT(across(all), 50u);
+    EXPECT_EQ(across(self_pairs(make_normal_cone(), s)), across(all));
+  }
+}
+
 }  // namespace selvedge::curvature_cone_test

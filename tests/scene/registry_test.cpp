@@ -204,6 +204,7 @@ TEST(Methods, ADetectorMadeByNameReportsThePairsOfItsMakeFunction) {
       {"curvature_cone", [] { return make_curvature_cone(); }},
       {"hash_grid", [] { return make_hash_grid(); }},
       {"minimal_enclosure", [] { return make_minimal_enclosure(); }},
+      {"normal_cone", [] { return make_normal_cone(); }},
       {"sweep_and_prune", [] { return make_sweep_and_prune(); }},
       {"uniform_grid", [] { return make_uniform_grid(); }},
       {"verlet_bvh", [] { return make_verlet_list(make_bvh_aabb()); }},

@@ -25,6 +25,8 @@ namespace {
 
 constexpr double kPush = 2.5e-4;      // m, of a triangle that crosses the body, at a time
 constexpr int kPushes = 24;           // at most, before the layers of the garment are tested
+constexpr int kPatience = 8;          // pushes without fewer crossings, after which they end
+constexpr int kRoundPatience = 3;     // the same for rounds
 constexpr int kSmoothings = 30;       // sweeps over the vertices that are smoothed
 constexpr double kFirstReach = 0.02;  // m, in which the surface of the body is looked for
 constexpr std::size_t kMostPlaces = 8;
@@ -98,11 +100,15 @@ class Repair {
     result.inside = static_cast<std::int64_t>(inside.size());
     for (const std::int32_t v : inside) put_outside(v);
     for (const TrianglePair& pair : with_body) activate(triangles_[pair.triangle_a]);
-    for (int round = 0; round < config_.rounds; ++round) {
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    for (int round = 0, since = 0; round < config_.rounds && since < kRoundPatience;
+         ++round, ++since) {
       push_out();
       own = own_pairs();
       std::erase_if(own, [&](const TrianglePair& p) { return !takes_part(p); });
       if (own.empty()) break;
+      if (own.size() < fewest) since = 0;
+      fewest = std::min(fewest, own.size());
       smooth(own);
     }
     finish(inside_at_start, result);
@@ -170,13 +176,16 @@ class Repair {
 
   /// Pushes triangles that cross the body along the mean of its normals there.
   void push_out() {
-    for (int k = 0; k < kPushes; ++k) {
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    for (int k = 0, since = 0; k < kPushes && since < kPatience; ++k, ++since) {
       std::vector<Triangle> near;
       for (const Triangle& t : triangles_)
         if (is_active_[t[0]] || is_active_[t[1]] || is_active_[t[2]]) near.push_back(t);
       if (near.empty()) return;
       const std::vector<TrianglePair> pairs = body_pairs(near);
       if (pairs.empty()) return;
+      if (pairs.size() < fewest) since = 0;
+      fewest = std::min(fewest, pairs.size());
       std::map<std::int32_t, Vec3> way;
       for (const TrianglePair& pair : pairs) {
         Vec3 normal = Vec3::Zero();

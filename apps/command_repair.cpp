@@ -9,11 +9,14 @@
 #include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/dress/internal/repair_garment.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -42,35 +45,48 @@ TriangleMesh read(const RepairOptions& o, const std::string& file) {
   return mesh;
 }
 
+/// Whether an OBJ statement is a vertex; `rest` is then what follows its three coordinates, such as
+/// a colour.
+bool is_vertex(std::string_view line, std::string_view& rest) {
+  constexpr std::string_view blank = " \t\r\n";
+  rest = line;
+  for (int word = 0; word < 4; ++word) {
+    const std::size_t begin = std::min(rest.find_first_not_of(blank), rest.size());
+    const std::size_t end = std::min(rest.find_first_of(blank, begin), rest.size());
+    if (word == 0 && rest.substr(begin, end - begin) != "v") return false;
+    rest.remove_prefix(end);
+  }
+  return true;
+}
+
 /// The text of an OBJ file with other vertices; all else, such as texture coordinates, groups and
 /// polygons, stays. Vertices that did not move keep their text.
-std::string with_vertices(const std::string& text, const std::vector<Vec3>& before,
+std::string with_vertices(std::string_view text, const std::vector<Vec3>& before,
                           const std::vector<Vec3>& x, double unit) {
   std::string out;
   std::size_t vertex = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size() - 1) + 1;
-    const std::string line = text.substr(at, end - at);
-    at = end;
-    const std::size_t word = line.find_first_not_of(" \t");
-    const bool is_vertex = word != std::string::npos && line.size() > word + 1 &&
-                           line[word] == 'v' && (line[word + 1] == ' ' || line[word + 1] == '\t');
-    if (!is_vertex || vertex >= x.size()) {
+  for (std::size_t end = 0; !text.empty(); text.remove_prefix(end)) {
+    end = std::min(text.find('\n'), text.size() - 1) + 1;
+    const std::string_view line = text.substr(0, end);
+    std::string_view rest;
+    if (!is_vertex(line, rest) || vertex >= x.size() || x[vertex] == before[vertex]) {
       out += line;
-      continue;
+    } else {
+      const Vec3 p = x[vertex] / unit;
+      out += fmt::format("v {:.17g} {:.17g} {:.17g}{}", p.x(), p.y(), p.z(), rest);
     }
-    const Vec3 p = x[vertex] / unit;
-    out += x[vertex] == before[vertex]
-               ? line
-               : fmt::format("v {:.17g} {:.17g} {:.17g}\n", p.x(), p.y(), p.z());
-    ++vertex;
+    vertex += is_vertex(line, rest) ? 1 : 0;
   }
   return out;
 }
 
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 40;  // it was read before
+
 void write(const RepairOptions& o, const TriangleMesh& mesh, const std::vector<Vec3>& x) {
   if (suffix(o.mesh) == ".obj" && suffix(o.out) == ".obj") {
-    const std::string text = with_vertices(read_if_there(o.mesh), mesh.vertices, x, o.unit);
+    const std::string text =
+        with_vertices(read_whole_file(o.mesh, {.what = "mesh", .most_bytes = kMostBytes}),
+                      mesh.vertices, x, o.unit);
     AtomicFile file(o.out);
     file.write(text);
     file.commit();
@@ -98,6 +114,7 @@ Json to_json(const RepairOptions& o, const RepairResult& r) {
           {"own_pairs_before", r.self_before},
           {"body_pairs_after", r.body_after},
           {"own_pairs_after", r.self_after},
+          {"vertices_inside_after", r.inside_after},
           {"vertices_inside", r.inside},
           {"vertices_moved", r.moved},
           {"largest_motion_m", r.largest_motion},
@@ -115,8 +132,9 @@ void print(const RepairOptions& o, const RepairResult& r) {
   if (r.clean())
     print_escaped("clean        yes; {}\n", o.out);
   else
-    print_escaped("clean        NO: {} with the body and {} with itself remain; {}\n",
-                  counted(static_cast<std::size_t>(r.body_after), "crossing"), r.self_after, o.out);
+    print_escaped("clean        NO: {} with the body and {} with itself remain, {} inside; {}\n",
+                  counted(static_cast<std::size_t>(r.body_after), "crossing"), r.self_after,
+                  r.inside_after, o.out);
   for (const RepairPlace& place : r.left) {
     const Vec3 at = place.at / o.unit;
     print_escaped("left         {} near ({:.4g}, {:.4g}, {:.4g})\n",

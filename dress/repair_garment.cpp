@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Repair of a finished garment: vertices inside the body go to the nearest point of its surface and
-// a little out of it; triangles that still cross it are pushed along its normals; where that makes
-// layers of the garment cross, the moved vertices become a smooth continuation of those around
-// them. All tests are exact. What does not take part keeps its bits.
-#include <fmt/format.h>
+// Repair of a finished garment. A vertex of a bad place gets a base, where the mesh around it wants
+// it: the harmonic interpolation of its neighbours for a vertex that was pushed into the body or
+// through a layer, its own place for the corner of a triangle that only crosses. From there it
+// tries places ever farther off, out of the body or along the normal of the sheet, until its
+// triangles meet nothing. All decisions are exact (find_meetings). Where no place is free, the
+// vertices around join in.
 #include <selvedge/bodies/internal/triangle_tree.h>
 #include <selvedge/core/base/internal/check.h>
 #include <selvedge/detection/find.h>
@@ -13,257 +14,571 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 namespace selvedge {
 namespace {
 
-constexpr double kPush = 2.5e-4;      // m, of a triangle that crosses the body, at a time
-constexpr int kPushes = 24;           // at most, before the layers of the garment are tested
-constexpr int kPatience = 8;          // pushes without fewer crossings, after which they end
-constexpr int kRoundPatience = 3;     // the same for rounds
-constexpr int kSmoothings = 30;       // sweeps over the vertices that are smoothed
-constexpr double kFirstReach = 0.02;  // m, in which the surface of the body is looked for
-constexpr std::size_t kMostPlaces = 8;
+constexpr std::size_t kMostPlaces = 8;  // that are named
+constexpr double kInside = 0.5;         // winding number
+constexpr double kNoDirection = 1e-3;   // of the gap; nearer points have no direction
+constexpr double kFirstReach = 8.0;     // in which the skin is looked for, in gaps
+constexpr double kLastReach = 1e7;
+constexpr int kTaut = 2;             // the first of them in which the cloth is pulled taut
+constexpr int kTries = 14;           // places of a vertex in each of them
+constexpr double kFartherOut = 1.4;  // factor of the distance from the body from try to try
+constexpr int kPushes = 24;          // steps out of the body
+constexpr double kPushStep = 0.25;   // the longest of them, in mean edges
+constexpr double kPushReach = 2.5;   // of the field that moves along, in mean edges
+constexpr int kMostFarther = 6;      // tries farther out in these steps
+constexpr double kSpike = 2.0;       // factor of its edges at which a vertex has lost its place
+constexpr int kIterations = 200;     // of the interpolation
+constexpr double kResidual = 1e-6;   // of its start, at which it ends
 
-/// The point of a triangle that is nearest to p [Ericson, "Real-time collision detection", 2005,
-/// 5.1.5].
-Vec3 nearest_on(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
-  const Vec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp),
-               d6 = ac.dot(cp);
-  if (d1 <= 0.0 && d2 <= 0.0) return a;
-  if (d3 >= 0.0 && d4 <= d3) return b;
-  if (d6 >= 0.0 && d5 <= d6) return c;
-  const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
-  if (va <= 0.0 && d4 >= d3 && d5 >= d6) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  const double whole = va + vb + vc;
-  return whole > 0.0 ? Vec3(a + vb / whole * ab + vc / whole * ac) : a;
-}
-
-/// The garment with vertices at one position as one vertex.
+/// The mesh of a garment in which vertices at equal positions are one.
 struct Welded {
-  std::vector<std::int32_t> vertex;  // of the garment's vertices
-  TriangleMesh mesh;
+  explicit Welded(const TriangleMesh& mesh) {
+    const auto before = [](const Vec3& p, const Vec3& q) {
+      return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
+    };
+    std::map<Vec3, std::int32_t, decltype(before)> found(before);
+    for (const Vec3& p : mesh.vertices) {
+      const auto [at, is_new] = found.try_emplace(p, static_cast<std::int32_t>(x.size()));
+      if (is_new) x.push_back(p);
+      number.push_back(at->second);
+    }
+    for (const Triangle& t : mesh.triangles) {
+      const Triangle w{number[t[0]], number[t[1]], number[t[2]]};
+      if (w[0] != w[1] && w[1] != w[2] && w[2] != w[0]) triangles.push_back(w);
+    }
+  }
+
+  std::vector<Vec3> x;
+  std::vector<Triangle> triangles;
+  std::vector<std::int32_t> number;  // of each vertex of the file
 };
-Welded weld(const TriangleMesh& garment) {
-  Welded welded;
-  std::map<std::array<double, 3>, std::int32_t> at;
-  for (const Vec3& x : garment.vertices) {
-    const auto [place, is_new] = at.try_emplace(
-        {x.x(), x.y(), x.z()}, static_cast<std::int32_t>(welded.mesh.vertices.size()));
-    if (is_new) welded.mesh.vertices.push_back(x);
-    welded.vertex.push_back(place->second);
-  }
-  for (const Triangle& t : garment.triangles) {
-    const Triangle w = {welded.vertex[t[0]], welded.vertex[t[1]], welded.vertex[t[2]]};
-    if (w[0] != w[1] && w[1] != w[2] && w[2] != w[0]) welded.mesh.triangles.push_back(w);
-  }
-  return welded;
+
+// [Ericson2005] 5.1.5, by the regions of the triangle.
+Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const auto on_segment = [&](const Vec3& s, const Vec3& e) -> Vec3 {
+    const Vec3 way = e - s;
+    const double length = way.squaredNorm();
+    return length > 0.0 ? Vec3(s + std::clamp((p - s).dot(way) / length, 0.0, 1.0) * way) : s;
+  };
+  const Vec3 normal = (b - a).cross(c - a);
+  const double u = (c - b).cross(p - b).dot(normal), v = (a - c).cross(p - c).dot(normal),
+               w = (b - a).cross(p - a).dot(normal), sum = normal.squaredNorm();
+  if (u > 0.0 && v > 0.0 && w > 0.0) return (u * a + v * b + w * c) / sum;
+  Vec3 best = on_segment(a, b);
+  for (const Vec3& q : {on_segment(b, c), on_segment(c, a)})
+    if ((q - p).squaredNorm() < (best - p).squaredNorm()) best = q;
+  return best;
 }
+
+/// The surface of the body: closest points, and which side of it a point is on.
+class Skin {
+ public:
+  explicit Skin(const TriangleMesh& body) : body_(body), winding_(body), tree_(body.triangles) {
+    tree_.fit(body.vertices);
+  }
+
+  bool is_inside(const Vec3& p) const { return std::abs(winding_.at(p)) > kInside; }
+
+  /// The nearest place at least `gap` above the skin, as far as the skin is flat.
+  Vec3 out(const Vec3& p, double gap) const {
+    const Nearest near = nearest(p, gap);
+    const bool inside = is_inside(p);
+    if (!inside && near.distance >= gap) return p;
+    Vec3 way = inside ? Vec3(near.point - p) : Vec3(p - near.point);
+    if (near.distance < kNoDirection * gap)
+      way = (corner(near.triangle, 1) - corner(near.triangle, 0))
+                .cross(corner(near.triangle, 2) - corner(near.triangle, 0));
+    return near.point + gap * way.stableNormalized();
+  }
+
+ private:
+  struct Nearest {
+    Vec3 point;  // of the skin
+    std::int32_t triangle = 0;
+    double distance = std::numeric_limits<double>::infinity();
+  };
+
+  const Vec3& corner(std::int32_t triangle, int k) const {
+    return body_.vertices[body_.triangles[triangle][k]];
+  }
+
+  Nearest nearest(const Vec3& p, double gap) const {
+    Nearest near{.point = p};
+    for (double reach = kFirstReach * gap; near.distance > reach && reach < kLastReach * gap;
+         reach *= 2.0)
+      tree_.for_each_near(p, reach, [&](std::int32_t i) {
+        const Vec3 q = closest_on_triangle(p, corner(i, 0), corner(i, 1), corner(i, 2));
+        if (const double d = (p - q).norm(); d < near.distance) near = {q, i, d};
+      });
+    return near;
+  }
+
+  const TriangleMesh& body_;
+  detail::WindingNumber winding_;
+  TriangleTree tree_;
+};
 
 class Repair {
  public:
   Repair(const TriangleMesh& garment, const TriangleMesh& body, const RepairConfig& config)
-      : welded_(weld(garment)),
-        start_(welded_.mesh.vertices),
-        x_(welded_.mesh.vertices),
-        triangles_(welded_.mesh.triangles),
-        body_(body),
+      : body_(body),
         config_(config),
-        winding_(body),
-        skin_(body.triangles),
-        normals_(vertex_normals(body.vertices, body.triangles)),
-        is_active_(x_.size(), 0),
-        beside_(x_.size()) {
-    skin_.fit(body.vertices);
-    for (const auto& [a, b] : unique_edges(triangles_)) {
-      beside_[a].push_back(b);
-      beside_[b].push_back(a);
+        mesh_(garment),
+        start_(mesh_.x),
+        skin_(body),
+        edges_(unique_edges(mesh_.triangles)),
+        body_edges_(unique_edges(body.triangles)),
+        neighbours_(mesh_.x.size()),
+        role_(mesh_.x.size(), Role::fixed),
+        was_inside_(mesh_.x.size(), 0),
+        base_(mesh_.x),
+        out_(mesh_.x.size(), 0),
+        aside_(mesh_.x.size(), 0) {
+    for (const auto& [a, b] : edges_) {
+      neighbours_[a].push_back(b);
+      neighbours_[b].push_back(a);
+      mean_edge_ += (mesh_.x[a] - mesh_.x[b]).norm();
     }
+    mean_edge_ /= static_cast<double>(std::max<std::size_t>(1, edges_.size()));
+    find_around();
   }
 
   RepairResult run() {
     RepairResult result;
-    std::vector<TrianglePair> with_body = body_pairs(triangles_), own = own_pairs();
-    result.body_before = static_cast<std::int64_t>(with_body.size());
-    result.self_before = static_cast<std::int64_t>(own.size());
-    std::vector<std::int32_t> inside = inside_vertices(with_body);
-    const std::vector<std::int32_t> inside_at_start = inside;
-    result.inside = static_cast<std::int64_t>(inside.size());
-    for (const std::int32_t v : inside) put_outside(v);
-    for (const TrianglePair& pair : with_body) activate(triangles_[pair.triangle_a]);
-    std::size_t fewest = std::numeric_limits<std::size_t>::max();
-    for (int round = 0, since = 0; round < config_.rounds && since < kRoundPatience;
-         ++round, ++since) {
-      push_out();
-      own = own_pairs();
-      std::erase_if(own, [&](const TrianglePair& p) { return !takes_part(p); });
-      if (own.empty()) break;
-      if (own.size() < fewest) since = 0;
-      fewest = std::min(fewest, own.size());
-      smooth(own);
+    Faults faults = find();
+    result.body_before = static_cast<std::int64_t>(faults.body.size());
+    result.self_before = static_cast<std::int64_t>(faults.self.size());
+    result.inside = static_cast<std::int64_t>(faults.inside.size());
+    if (!faults.none()) {
+      choose(faults);
+      fill(false);
+      mesh_.x = base_;
+      faults = find();
+      push_out(faults);
+      lose_place(faults);
     }
-    finish(inside_at_start, result);
+    for (int growth = 0; growth < config_.rounds && !faults.none(); ++growth) {
+      if (growth > 0) grow(faults);
+      fill(growth >= kTaut);
+      for (int k = 0; k < kTries && !faults.none(); ++k) {
+        place(k == 0 ? nullptr : &faults);
+        faults = find();
+      }
+    }
+    report(faults, result);
     return result;
   }
 
  private:
-  std::vector<TrianglePair> body_pairs(std::span<const Triangle> triangles) const {
-    return find_meetings({x_, triangles}, {body_.vertices, body_.triangles}).all();
-  }
-  std::vector<TrianglePair> own_pairs() const { return find_meetings(x_, triangles_).all(); }
+  enum class Role { fixed, own, filled };
 
-  bool is_inside(std::int32_t v) const { return winding_.at(x_[v]) > 0.5; }
-
-  /// Those in the parts of the garment that the crossings with the body cut off.
-  std::vector<std::int32_t> inside_vertices(const std::vector<TrianglePair>& pairs) const {
-    std::vector<std::int32_t> open, found;
-    std::vector<char> seen(x_.size(), 0);
-    for (const TrianglePair& pair : pairs)
-      for (const std::int32_t v : triangles_[pair.triangle_a]) open.push_back(v);
-    while (!open.empty()) {
-      const std::int32_t v = open.back();
-      open.pop_back();
-      if (seen[v]) continue;
-      seen[v] = 1;
-      if (!is_inside(v)) continue;
-      found.push_back(v);
-      open.insert(open.end(), beside_[v].begin(), beside_[v].end());
+  /// The neighbours with which a vertex is smooth: on a border those along it.
+  void find_around() {
+    around_ = neighbours_;
+    const TrianglesOfEdges triangles(edges_, mesh_.triangles);
+    std::vector<char> is_border(mesh_.x.size(), 0);
+    for (std::size_t e = 0; e < edges_.size(); ++e) {
+      if (triangles.at(static_cast<std::int32_t>(e)).size() != 1) continue;
+      for (int k = 0; k < 2; ++k) {
+        const std::int32_t v = edges_[e][k];
+        if (!is_border[v]) around_[v].clear();
+        is_border[v] = 1;
+        around_[v].push_back(edges_[e][1 - k]);
+      }
     }
-    std::sort(found.begin(), found.end());
+  }
+
+  /// What is wrong in a state.
+  struct Faults {
+    std::vector<TrianglePair> body, self;  // of the garment and the body; of the garment
+    std::vector<std::int32_t> inside;      // vertices
+
+    bool none() const { return body.empty() && self.empty() && inside.empty(); }
+  };
+
+  Faults find() {
+    Faults faults;
+    faults.body =
+        find_meetings({mesh_.x, mesh_.triangles}, {body_.vertices, body_.triangles}).all();
+    faults.self = find_meetings(mesh_.x, mesh_.triangles).all();
+    faults.inside = inside_vertices();
+    return faults;
+  }
+
+  /// Edges that do not meet the body join vertices on the same side of it, so one winding number
+  /// decides for all of them.
+  std::vector<std::int32_t> inside_vertices() {
+    std::vector<EdgeTrianglePair> met;
+    edge_test_.find(
+        {.x_t0 = mesh_.x, .x_t1 = mesh_.x, .edges = edges_, .triangles = mesh_.triangles},
+        {.x_t0 = body_.vertices,
+         .x_t1 = body_.vertices,
+         .edges = body_edges_,
+         .triangles = body_.triangles},
+        met);
+    std::vector<char> is_met(edges_.size(), 0);
+    for (const EdgeTrianglePair& pair : met) is_met[pair.edge] = 1;
+    std::vector<std::int32_t> root(mesh_.x.size());
+    std::iota(root.begin(), root.end(), 0);
+    const auto root_of = [&](std::int32_t v) {
+      while (root[v] != v) v = root[v] = root[root[v]];
+      return v;
+    };
+    for (std::size_t e = 0; e < edges_.size(); ++e)
+      if (!is_met[e]) {
+        const std::int32_t a = root_of(edges_[e][0]), b = root_of(edges_[e][1]);
+        root[std::max(a, b)] = std::min(a, b);
+      }
+    std::vector<std::int32_t> inside;
+    std::vector<char> is_inside(mesh_.x.size(), 0);
+    for (std::size_t i = 0; i < mesh_.x.size(); ++i) {
+      const auto v = static_cast<std::int32_t>(i);
+      const std::int32_t r = root_of(v);
+      if (neighbours_[i].empty()) continue;
+      is_inside[i] = r == v ? static_cast<char>(skin_.is_inside(mesh_.x[i])) : is_inside[r];
+      if (is_inside[i]) inside.push_back(v);
+    }
+    return inside;
+  }
+
+  /// The vertices to move: those in the body, and the corners of triangles that meet something
+  /// although none of theirs is. A vertex far from its neighbours has lost its place.
+  void choose(const Faults& faults) {
+    std::vector<char>& is_inside = was_inside_;
+    for (const std::int32_t v : faults.inside) is_inside[v] = 1;
+    const std::vector<double> outside = edges_outside(is_inside);
+    for (const std::int32_t v : faults.inside) {
+      double length = 0.0, around = 0.0;
+      int known = 0;
+      for (const std::int32_t w : neighbours_[v]) {
+        length += (mesh_.x[v] - mesh_.x[w]).norm();
+        around += outside[w];
+        known += outside[w] > 0.0 ? 1 : 0;
+      }
+      length /= static_cast<double>(neighbours_[v].size());
+      role_[v] =
+          length > kSpike * (known > 0 ? around / known : mean_edge_) ? Role::filled : Role::own;
+    }
+    const auto explained = [&](std::int32_t triangle) {
+      const Triangle& t = mesh_.triangles[triangle];
+      return std::any_of(t.begin(), t.end(), [&](std::int32_t v) { return is_inside[v] != 0; });
+    };
+    for (const TrianglePair& pair : faults.body)
+      if (!explained(pair.triangle_a))
+        for (const std::int32_t v : mesh_.triangles[pair.triangle_a]) role_[v] = Role::own;
+    std::vector<TrianglePair> left = faults.self;
+    std::erase_if(left, [&](const TrianglePair& pair) {
+      return explained(pair.triangle_a) || explained(pair.triangle_b);
+    });
+    choose_of_layers(std::move(left));
+  }
+
+  /// Of layers that cross away from the body, the corners that stand out the most from the vertices
+  /// around them have lost their places: each explains the pairs of all its triangles.
+  void choose_of_layers(std::vector<TrianglePair> left) {
+    std::set<std::pair<double, std::int32_t>, std::greater<>> corners;  // by how far they stand out
+    for (const TrianglePair& pair : left)
+      for (const std::int32_t t : {pair.triangle_a, pair.triangle_b})
+        for (const std::int32_t v : mesh_.triangles[t]) {
+          Vec3 mean = Vec3::Zero();
+          for (const std::int32_t w : around_[v]) mean += mesh_.x[w];
+          mean /= static_cast<double>(std::max<std::size_t>(1, around_[v].size()));
+          corners.insert({(mesh_.x[v] - mean).norm(), v});
+        }
+    for (const auto& [out, v] : corners) {
+      const auto has_corner = [&, corner = v](std::int32_t triangle) {
+        const Triangle& t = mesh_.triangles[triangle];
+        return std::find(t.begin(), t.end(), corner) != t.end();
+      };
+      const std::size_t explained = std::erase_if(left, [&](const TrianglePair& pair) {
+        return has_corner(pair.triangle_a) || has_corner(pair.triangle_b);
+      });
+      if (explained > 0) role_[v] = Role::filled;
+    }
+  }
+
+  /// Pushes the garment out of the body in small steps. All of it near a vertex that has to go
+  /// moves along, by a field that is smooth in space: a fold above such a vertex does not meet it.
+  void push_out(Faults& faults) {
+    const double most = kPushStep * mean_edge_;
+    std::vector<int> tries(mesh_.x.size(), 0);
+    for (int k = 0; k < kPushes && !(faults.body.empty() && faults.inside.empty()); ++k) {
+      std::vector<std::int32_t> pushed;
+      std::vector<Vec3> by;
+      for (const auto& [v, is_inside] : to_push(faults)) {
+        if (!is_inside && tries[v] < kMostFarther) ++tries[v];
+        const Vec3 to = skin_.out(mesh_.x[v], clearance(tries[v]));
+        const Vec3 way = to - mesh_.x[v];
+        pushed.push_back(v);
+        by.push_back(way.norm() > most ? Vec3(most * way.normalized()) : way);
+      }
+      carry(pushed, by);
+      faults = find();
+    }
+  }
+
+  /// From the body, m, that a vertex gets in a try.
+  double clearance(int tries) const {
+    double distance = config_.clearance;
+    for (int k = 0; k < tries; ++k) distance *= kFartherOut;
+    return distance;
+  }
+
+  /// The vertices in the body, and the corners of triangles that cross it although none is inside:
+  /// the body passes between them.
+  std::map<std::int32_t, bool> to_push(const Faults& faults) const {
+    std::map<std::int32_t, bool> found;
+    for (const std::int32_t v : faults.inside) found[v] = true;
+    std::set<std::int32_t> corners;
+    for (const TrianglePair& pair : faults.body) {
+      const Triangle& t = mesh_.triangles[pair.triangle_a];
+      if (std::none_of(t.begin(), t.end(), [&](std::int32_t v) { return found.contains(v); }))
+        corners.insert(t.begin(), t.end());
+    }
+    for (const std::int32_t v : corners) found[v] = false;
     return found;
   }
 
-  /// To the nearest point of the surface and out of it.
-  void put_outside(std::int32_t v) {
-    is_active_[v] = 1;
-    double least = std::numeric_limits<double>::infinity();
-    Vec3 nearest = x_[v], normal = Vec3::Zero();
-    for (double reach = kFirstReach; least > reach && reach < 10.0; reach *= 2.0)
-      skin_.for_each_near(x_[v], reach, [&](std::int32_t k) {
-        const Triangle& t = body_.triangles[static_cast<std::size_t>(k)];
-        const Vec3 &a = body_.vertices[t[0]], &b = body_.vertices[t[1]], &c = body_.vertices[t[2]];
-        const Vec3 p = nearest_on(a, b, c, x_[v]);
-        const double distance = (p - x_[v]).norm();
-        if (distance >= least) return;
-        least = distance;
-        nearest = p;
-        normal = (b - a).cross(c - a).normalized();
-      });
-    const Vec3 way = nearest - x_[v];
-    const Vec3 out = way.norm() > 1e-6 ? Vec3(way.normalized()) : normal;
-    x_[v] = nearest + config_.clearance * out;
-  }
-
-  void activate(const Triangle& t) {
-    for (const std::int32_t v : t) is_active_[v] = 1;
-  }
-  bool takes_part(const TrianglePair& pair) const {
-    const auto has_active = [&](std::int32_t t) {
-      const Triangle& v = triangles_[t];
-      return is_active_[v[0]] || is_active_[v[1]] || is_active_[v[2]];
+  /// Moves all vertices by the field u(p) = Σ wᵢ uᵢ / max(1, Σ wᵢ) with wᵢ = (1 - |p - pᵢ|²/R²)².
+  void carry(const std::vector<std::int32_t>& pushed, const std::vector<Vec3>& by) {
+    const double reach = kPushReach * mean_edge_;
+    using Cell = std::array<std::int64_t, 3>;
+    const auto cell_of = [&](const Vec3& p) {
+      Cell cell;
+      for (int k = 0; k < 3; ++k) cell[k] = static_cast<std::int64_t>(std::floor(p[k] / reach));
+      return cell;
     };
-    return has_active(pair.triangle_a) || has_active(pair.triangle_b);
+    std::map<Cell, std::vector<std::size_t>> cells;  // the pushed vertices in and around each
+    for (std::size_t i = 0; i < pushed.size(); ++i) {
+      const Cell c = cell_of(mesh_.x[pushed[i]]);
+      for (std::int64_t k = 0; k < 27; ++k)
+        cells[{c[0] + k / 9 - 1, c[1] + k / 3 % 3 - 1, c[2] + k % 3 - 1}].push_back(i);
+    }
+    std::vector<Vec3> moved = mesh_.x;
+    for (std::size_t v = 0; v < mesh_.x.size(); ++v) {
+      const auto found = cells.find(cell_of(mesh_.x[v]));
+      if (found == cells.end()) continue;
+      Vec3 sum = Vec3::Zero();
+      double weight = 0.0;
+      for (const std::size_t i : found->second) {
+        const double d = (mesh_.x[v] - mesh_.x[pushed[i]]).squaredNorm() / (reach * reach);
+        const double w = d < 1.0 ? (1.0 - d) * (1.0 - d) : 0.0;
+        sum += w * by[i];
+        weight += w;
+      }
+      moved[v] += sum / std::max(1.0, weight);
+    }
+    mesh_.x = std::move(moved);
   }
 
-  /// Pushes triangles that cross the body along the mean of its normals there.
-  void push_out() {
-    std::size_t fewest = std::numeric_limits<std::size_t>::max();
-    for (int k = 0, since = 0; k < kPushes && since < kPatience; ++k, ++since) {
-      std::vector<Triangle> near;
-      for (const Triangle& t : triangles_)
-        if (is_active_[t[0]] || is_active_[t[1]] || is_active_[t[2]]) near.push_back(t);
-      if (near.empty()) return;
-      const std::vector<TrianglePair> pairs = body_pairs(near);
-      if (pairs.empty()) return;
-      if (pairs.size() < fewest) since = 0;
-      fewest = std::min(fewest, pairs.size());
-      std::map<std::int32_t, Vec3> way;
-      for (const TrianglePair& pair : pairs) {
-        Vec3 normal = Vec3::Zero();
-        for (const std::int32_t v : body_.triangles[static_cast<std::size_t>(pair.triangle_b)])
-          normal += normals_[v];
-        for (const std::int32_t v : near[static_cast<std::size_t>(pair.triangle_a)])
-          way.try_emplace(v, Vec3::Zero()).first->second += normal;
+  /// Vertices that came out of the body but below another layer have lost their places, too.
+  void lose_place(const Faults& faults) {
+    for (const std::int32_t v : at_fault(faults).second)
+      if (was_inside_[v]) role_[v] = Role::filled;
+  }
+
+  /// Mean length of the edges of each vertex without an end in the body, m; 0: it has none.
+  std::vector<double> edges_outside(const std::vector<char>& is_inside) const {
+    std::vector<double> sum(mesh_.x.size(), 0.0);
+    std::vector<int> count(mesh_.x.size(), 0);
+    for (const auto& [a, b] : edges_) {
+      if (is_inside[a] || is_inside[b]) continue;
+      for (const std::int32_t v : {a, b}) {
+        sum[v] += (mesh_.x[a] - mesh_.x[b]).norm();
+        ++count[v];
       }
-      for (const auto& [v, sum] : way) {
-        is_active_[v] = 1;
-        if (sum.norm() > 0.0) x_[v] += kPush * sum.normalized();
-      }
+    }
+    for (std::size_t v = 0; v < sum.size(); ++v) sum[v] /= std::max(1, count[v]);
+    return sum;
+  }
+
+  /// Vertices at a place that is still bad, and their neighbours, are interpolated together.
+  void grow(const Faults& faults) {
+    const auto [with_body, with_self] = at_fault(faults);
+    std::set<std::int32_t> grown(with_body);
+    grown.insert(with_self.begin(), with_self.end());
+    for (const std::int32_t v : std::set<std::int32_t>(grown))
+      grown.insert(neighbours_[v].begin(), neighbours_[v].end());
+    for (const std::int32_t v : grown) {
+      role_[v] = Role::filled;
+      out_[v] = aside_[v] = 0;
     }
   }
 
-  /// Lets the moved vertices of layers that cross follow those around them.
-  void smooth(const std::vector<TrianglePair>& pairs) {
-    std::vector<std::int32_t> list;
-    for (const TrianglePair& pair : pairs)
+  /// Vertices of triangles that meet the body or are in it, and of those that meet the garment.
+  std::pair<std::set<std::int32_t>, std::set<std::int32_t>> at_fault(const Faults& faults) const {
+    std::set<std::int32_t> with_body(faults.inside.begin(), faults.inside.end()), with_self;
+    for (const TrianglePair& pair : faults.body)
+      for (const std::int32_t v : mesh_.triangles[pair.triangle_a]) with_body.insert(v);
+    for (const TrianglePair& pair : faults.self)
       for (const std::int32_t t : {pair.triangle_a, pair.triangle_b})
-        for (const std::int32_t v : triangles_[t]) {
-          // From the second time on, also the vertices that did not move.
-          if (is_active_[v]) list.push_back(v);
-          is_active_[v] = 1;
-        }
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-    for (int sweep = 0; sweep < kSmoothings; ++sweep)
-      for (const std::int32_t v : list) {
-        if (beside_[v].empty()) continue;
-        Vec3 sum = Vec3::Zero();
-        for (const std::int32_t w : beside_[v]) sum += x_[w];
-        x_[v] = sum / static_cast<double>(beside_[v].size());
-      }
-    for (const std::int32_t v : list)
-      if (is_inside(v)) put_outside(v);
+        for (const std::int32_t v : mesh_.triangles[t]) with_self.insert(v);
+    return {with_body, with_self};
   }
 
-  void finish(const std::vector<std::int32_t>& inside, RepairResult& result) const {
-    const std::vector<TrianglePair> with_body = body_pairs(triangles_), own = own_pairs();
-    result.body_after = static_cast<std::int64_t>(with_body.size());
-    result.self_after = static_cast<std::int64_t>(own.size());
+  /// Gives each of the vertices the mean of its neighbours that have a base, ring by ring. Returns
+  /// for each vertex of the garment whether it has one.
+  std::vector<char> start_from_fixed(const std::vector<std::int32_t>& filled) {
+    std::vector<char> known(role_.size(), 1);
+    for (const std::int32_t v : filled) known[v] = 0;
+    for (std::vector<std::int32_t> left = filled; !left.empty();) {
+      std::vector<std::pair<std::int32_t, Vec3>> found;
+      for (const std::int32_t v : left) {
+        Vec3 sum = Vec3::Zero();
+        int count = 0;
+        for (const std::int32_t w : neighbours_[v])
+          if (known[w]) {
+            sum += base_[w];
+            ++count;
+          }
+        if (count > 0) found.emplace_back(v, sum / count);
+      }
+      if (found.empty()) break;  // a whole part of the garment
+      for (const auto& [v, x] : found) {
+        base_[v] = x;
+        known[v] = 1;
+      }
+      std::erase_if(left, [&](std::int32_t v) { return known[v] != 0; });
+    }
+    return known;
+  }
+
+  /// Interpolates the filled vertices: the surface that minimizes Σ |xᵥ - mean of its neighbours|²,
+  /// which goes on with the folds around it, or, if it is taut, the sum of the squares of its
+  /// edges. By conjugate gradients.
+  void fill(bool taut) {
+    std::vector<std::int32_t> filled;
+    for (std::size_t v = 0; v < role_.size(); ++v) {
+      base_[v] = mesh_.x[v];
+      if (role_[v] == Role::filled) filled.push_back(static_cast<std::int32_t>(v));
+    }
+    const std::vector<char> known = start_from_fixed(filled);
+    std::erase_if(filled, [&](std::int32_t v) { return known[v] == 0; });
+    std::set<std::int32_t> rows(filled.begin(), filled.end());
+    if (!taut)
+      for (const std::int32_t v : filled) rows.insert(neighbours_[v].begin(), neighbours_[v].end());
+    const auto add_gradient = [&](const std::vector<Vec3>& x, std::vector<Vec3>& gradient) {
+      if (taut)
+        add_gradient_of_edges(filled, x, gradient);
+      else
+        add_gradient_of_bends(rows, x, gradient);
+    };
+    std::vector<Vec3> r(base_.size(), Vec3::Zero()), d(r), q(r);
+    const auto dot = [&](const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+      double sum = 0.0;
+      for (const std::int32_t v : filled) sum += a[v].dot(b[v]);
+      return sum;
+    };
+    add_gradient(base_, r);
+    for (const std::int32_t v : filled) d[v] = r[v] = -r[v];
+    double square = dot(r, r);
+    const double small = square * kResidual * kResidual;
+    for (int k = 0; k < kIterations && square > small; ++k) {
+      std::fill(q.begin(), q.end(), Vec3::Zero());
+      add_gradient(d, q);
+      const double step = square / dot(d, q);
+      for (const std::int32_t v : filled) {
+        base_[v] += step * d[v];
+        r[v] -= step * q[v];
+      }
+      const double next = dot(r, r);
+      for (const std::int32_t v : filled) d[v] = r[v] + next / square * d[v];
+      square = next;
+    }
+  }
+
+  /// Adds half the gradient of Σ |xᵥ - mean of its neighbours|² over the rows.
+  void add_gradient_of_bends(const std::set<std::int32_t>& rows, const std::vector<Vec3>& x,
+                             std::vector<Vec3>& gradient) const {
+    for (const std::int32_t v : rows) {
+      const std::vector<std::int32_t>& around = around_[v];
+      if (around.empty()) continue;
+      Vec3 bend = Vec3::Zero();
+      for (const std::int32_t w : around) bend += x[w];
+      bend = x[v] - bend / static_cast<double>(around.size());
+      gradient[v] += bend;
+      for (const std::int32_t w : around) gradient[w] -= bend / static_cast<double>(around.size());
+    }
+  }
+
+  /// The same of Σ |xᵥ - xᵤ|² over the edges, for the filled vertices.
+  void add_gradient_of_edges(const std::vector<std::int32_t>& filled, const std::vector<Vec3>& x,
+                             std::vector<Vec3>& gradient) const {
+    for (const std::int32_t v : filled)
+      for (const std::int32_t w : neighbours_[v]) gradient[v] += x[v] - x[w];
+  }
+
+  /// Moves the vertices that are not fixed: all to their bases, or those at fault to the next try.
+  void place(const Faults* faults) {
+    std::set<std::int32_t> with_body, with_self;
+    if (faults) std::tie(with_body, with_self) = at_fault(*faults);
+    std::vector<std::int32_t> moving;
+    for (std::size_t i = 0; i < role_.size(); ++i) {
+      const auto v = static_cast<std::int32_t>(i);
+      if (role_[i] == Role::fixed) continue;
+      if (with_body.contains(v))
+        ++out_[i];
+      else if (with_self.contains(v))
+        ++aside_[i];
+      else if (faults)
+        continue;
+      moving.push_back(v);
+    }
+    const std::vector<Vec3> normals = vertex_normals(base_, mesh_.triangles);
+    for (const std::int32_t v : moving) {
+      const int k = aside_[v];  // 0, +1, -1, +2, -2 ...
+      const double aside = config_.clearance * (k % 2 == 1 ? (k + 1) / 2 : -k / 2);
+      mesh_.x[v] = skin_.out(base_[v] + aside * normals[v], clearance(out_[v]));
+    }
+  }
+
+  void report(const Faults& faults, RepairResult& result) const {
+    result.body_after = static_cast<std::int64_t>(faults.body.size());
+    result.self_after = static_cast<std::int64_t>(faults.self.size());
+    result.inside_after = static_cast<std::int64_t>(faults.inside.size());
     std::vector<double> motion;
-    std::vector<char> was_inside(x_.size(), 0);
-    for (const std::int32_t v : inside) was_inside[v] = 1;
-    for (std::size_t v = 0; v < x_.size(); ++v) {
-      const double by = (x_[v] - start_[v]).norm();
-      if (by > 0.0) ++result.moved;
+    for (std::size_t v = 0; v < mesh_.x.size(); ++v) {
+      const double by = (mesh_.x[v] - start_[v]).norm();
+      result.moved += by > 0.0 ? 1 : 0;
       result.largest_motion = std::max(result.largest_motion, by);
-      if (!was_inside[v]) motion.push_back(by);
+      if (!was_inside_[v]) motion.push_back(by);
     }
     if (!motion.empty()) {
       const auto middle = motion.begin() + static_cast<std::ptrdiff_t>(motion.size() / 2);
       std::nth_element(motion.begin(), middle, motion.end());
       result.median_motion = *middle;
     }
-    std::vector<char> crosses(x_.size(), 0);
-    for (const TrianglePair& pair : with_body)
-      for (const std::int32_t v : triangles_[pair.triangle_a]) crosses[v] = 1;
-    for (const TrianglePair& pair : own)
-      for (const std::int32_t t : {pair.triangle_a, pair.triangle_b})
-        for (const std::int32_t v : triangles_[t]) crosses[v] = 1;
-    name_places(crosses, result);
-    for (const std::int32_t v : welded_.vertex) result.x.push_back(x_[v]);
+    const auto [with_body, with_self] = at_fault(faults);
+    std::vector<char> marked(mesh_.x.size(), 0);
+    for (const std::int32_t v : with_body) marked[v] = 1;
+    for (const std::int32_t v : with_self) marked[v] = 1;
+    name_places(marked, result);
+    for (const std::int32_t n : mesh_.number) result.x.push_back(mesh_.x[n]);
   }
 
   /// The connected parts of marked vertices.
   void name_places(std::vector<char>& marked, RepairResult& result) const {
     for (std::size_t first = 0; first < marked.size(); ++first) {
       if (!marked[first]) continue;
-      RepairPlace place{.at = x_[first], .vertices = 0};
+      RepairPlace place{.at = mesh_.x[first], .vertices = 0};
       std::vector<std::int32_t> open = {static_cast<std::int32_t>(first)};
       marked[first] = 0;
       while (!open.empty()) {
         const std::int32_t v = open.back();
         open.pop_back();
         ++place.vertices;
-        for (const std::int32_t w : beside_[v])
+        for (const std::int32_t w : neighbours_[v])
           if (marked[w]) {
             marked[w] = 0;
             open.push_back(w);
@@ -277,17 +592,19 @@ class Repair {
     if (result.left.size() > kMostPlaces) result.left.resize(kMostPlaces);
   }
 
-  Welded welded_;
-  const std::vector<Vec3> start_;
-  std::vector<Vec3> x_;
-  const std::vector<Triangle>& triangles_;
   const TriangleMesh& body_;
   const RepairConfig& config_;
-  detail::WindingNumber winding_;
-  TriangleTree skin_;
-  std::vector<Vec3> normals_;
-  std::vector<char> is_active_;                    // moved, or beside a crossing
-  std::vector<std::vector<std::int32_t>> beside_;  // the vertices at the edges of each
+  Welded mesh_;
+  std::vector<Vec3> start_;  // m
+  Skin skin_;
+  std::vector<Edge> edges_, body_edges_;
+  EdgeTriangleTest edge_test_;
+  std::vector<std::vector<std::int32_t>> neighbours_, around_;
+  std::vector<Role> role_;
+  std::vector<char> was_inside_;
+  std::vector<Vec3> base_;        // m
+  std::vector<int> out_, aside_;  // tries of each vertex
+  double mean_edge_ = 0.0;        // m
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace selvedge {
 
 struct RepairConfig {
   double clearance = 0.001;  ///< m, from the body, of vertices that were inside it
-  int rounds = 16;           ///< of pushing and smoothing, >= 1
+  int rounds = 6;            ///< in which the vertices around a bad place join in, >= 1
 };
 
 /// A place of a garment that still crosses something.
@@ -28,14 +28,14 @@ struct RepairResult {
   std::int64_t inside = 0;       ///< vertices that were inside the body
   std::int64_t body_before = 0;  ///< pairs of triangles of garment and body that met
   std::int64_t self_before = 0;  ///< pairs of triangles of the garment that met
-  std::int64_t body_after = 0, self_after = 0;
+  std::int64_t body_after = 0, self_after = 0, inside_after = 0;
   std::vector<RepairPlace> left;  ///< where they are, the largest first
-  bool clean() const { return body_after == 0 && self_after == 0; }
+  bool clean() const { return body_after == 0 && self_after == 0 && inside_after == 0; }
 };
 
-/// Takes the crossings of a finished garment with a body, and those that hang together with them,
-/// out of it with little motion. Both in metres; the body consists of closed parts. Vertices at the
-/// same position move together. Throws std::invalid_argument for meshes without triangles.
+/// Takes the crossings with a body and with itself out of a finished garment, with little motion.
+/// Both in metres; the body consists of closed parts. Vertices at the same position move together.
+/// Throws std::invalid_argument for meshes without triangles.
 RepairResult repair_garment(const TriangleMesh& garment, const TriangleMesh& body,
                             const RepairConfig& config = {});
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <random>
 
 namespace selvedge::repair_garment_test {
@@ -119,6 +120,147 @@ TEST(RepairGarment, WhatCannotBeRepairedIsNamed) {
   EXPECT_EQ(r.clean(), r.left.empty());
   EXPECT_THROW(repair_garment({}, body), std::invalid_argument);
   EXPECT_THROW(repair_garment(sheet, body, {.clearance = 0.0}), std::invalid_argument);
+}
+
+// ---- a shirt of two layers with folds
+
+constexpr int kAround = 64, kRows = 40;
+constexpr double kHeight = 0.6;  // m
+
+/// A torso: an oval tube with lids, of `width` at angle a.
+double torso_radius(double a, double grown) { return 0.15 + 0.02 * std::cos(2.0 * a) + grown; }
+
+Vec3 on_tube(double radius, double a, double z) {
+  return {radius * std::cos(a), radius * std::sin(a), z};
+}
+
+void add_rows(TriangleMesh& mesh, std::int32_t first, int rows) {
+  for (int i = 0; i + 1 < rows; ++i)
+    for (int k = 0; k < kAround; ++k) {
+      const std::int32_t a = first + i * kAround + k, b = first + i * kAround + (k + 1) % kAround;
+      mesh.triangles.push_back({a, b, b + kAround});
+      mesh.triangles.push_back({a, b + kAround, a + kAround});
+    }
+}
+
+TriangleMesh torso(double grown = 0.0) {
+  TriangleMesh mesh;
+  for (int i = 0; i < kRows; ++i)
+    for (int k = 0; k < kAround; ++k) {
+      const double a = 2.0 * std::numbers::pi * (k + 0.5) / kAround;
+      mesh.vertices.push_back(
+          on_tube(torso_radius(a, grown), a, -0.1 + (kHeight + 0.2) * i / (kRows - 1)));
+    }
+  add_rows(mesh, 0, kRows);
+  mesh.vertices.emplace_back(0.0, 0.0, -0.1);
+  mesh.vertices.emplace_back(0.0, 0.0, kHeight + 0.1);
+  const auto low = static_cast<std::int32_t>(mesh.vertices.size()) - 2;
+  for (std::int32_t k = 0; k < kAround; ++k) {
+    const std::int32_t next = (k + 1) % kAround, top = (kRows - 1) * kAround;
+    mesh.triangles.push_back({low, next, k});
+    mesh.triangles.push_back({low + 1, top + k, top + next});
+  }
+  return mesh;
+}
+
+/// A shirt around it with folds, of which some lie on the skin, and a second layer at its hem.
+TriangleMesh shirt(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const double folds = std::floor(3.0 + 6.0 * unit(random)), depth = 0.005 + 0.02 * unit(random),
+               turn = 6.0 * unit(random), lean = 8.0 * unit(random);
+  TriangleMesh mesh;
+  const auto add = [&](double gap, int rows) {
+    const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+    for (int i = 0; i < rows; ++i)
+      for (int k = 0; k < kAround; ++k) {
+        const double a = 2.0 * std::numbers::pi * k / kAround, z = kHeight * i / (kRows - 1);
+        const double fold = depth * (1.0 + std::cos(folds * a + turn + lean * z));
+        mesh.vertices.push_back(on_tube(torso_radius(a, 0.0) + gap + fold, a, z));
+      }
+    add_rows(mesh, first, rows);
+  };
+  add(0.003, kRows);
+  add(0.006, kRows / 4);
+  return mesh;
+}
+
+bool is_free(const TriangleMesh& garment, const std::vector<Vec3>& x, const TriangleMesh& body,
+             double grown = 0.0) {
+  for (const Vec3& p : x)
+    if (std::hypot(p.x(), p.y()) < torso_radius(std::atan2(p.y(), p.x()), grown) - 0.001)
+      return false;
+  return find_meetings(x, garment.triangles).empty() &&
+         find_meetings({x, garment.triangles}, {body.vertices, body.triangles}).empty();
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+TEST(RepairGarment, VerticesPushedThroughALayerComeOut) {
+  const TriangleMesh body = torso();
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    std::mt19937 random(seed);
+    const TriangleMesh whole = shirt(random);
+    ASSERT_TRUE(is_free(whole, whole.vertices, body)) << seed;
+    TriangleMesh damaged = whole;
+    std::vector<char> is_pushed(whole.vertices.size(), 0);
+    std::uniform_int_distribution<std::size_t> any(0, whole.vertices.size() - 1);
+    std::uniform_real_distribution<double> depth(0.001, 0.010);
+    for (std::size_t k = 0; k < whole.vertices.size() / 100; ++k) {
+      const std::size_t v = any(random);
+      const Vec3& p = whole.vertices[v];
+      const double a = std::atan2(p.y(), p.x());
+      damaged.vertices[v] = on_tube(torso_radius(a, 0.0) - depth(random), a, p.z());
+      is_pushed[v] = 1;
+    }
+    const RepairResult result = repair_garment(damaged, body);
+    EXPECT_GT(result.body_before, 0) << seed;
+    EXPECT_GT(result.inside, 0) << seed;
+    EXPECT_TRUE(result.clean()) << seed;
+    EXPECT_TRUE(is_free(damaged, result.x, body)) << seed;
+    std::vector<double> motion;
+    for (std::size_t v = 0; v < is_pushed.size(); ++v)
+      if (!is_pushed[v]) motion.push_back((result.x[v] - whole.vertices[v]).norm());
+    EXPECT_LT(median(motion), 0.0005) << seed;
+    EXPECT_LT(*std::max_element(motion.begin(), motion.end()), 0.02) << seed;
+  }
+}
+
+TEST(RepairGarment, GoesWithABodyThatGrowsAndKeepsItsFolds) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    std::mt19937 random(seed);
+    const TriangleMesh garment = shirt(random);
+    const double grown = std::uniform_real_distribution<double>(0.004, 0.010)(random);
+    const TriangleMesh body = torso(grown);
+    const RepairResult result = repair_garment(garment, body);
+    EXPECT_GT(result.inside, 0) << seed;
+    EXPECT_TRUE(result.clean()) << seed;
+    EXPECT_TRUE(is_free(garment, result.x, body, grown)) << seed;
+    EXPECT_LT(result.largest_motion, grown + 0.002) << seed;
+  }
+}
+
+TEST(RepairGarment, TakesOutCrossingsOfItsLayersAwayFromTheBody) {
+  const TriangleMesh body = torso();
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    std::mt19937 random(seed);
+    TriangleMesh garment = shirt(random);
+    std::uniform_int_distribution<std::size_t> any(0, kAround * kRows / 4 - 1);
+    std::uniform_real_distribution<double> depth(0.004, 0.015);
+    for (int k = 0; k < 12; ++k) {  // of the inner layer, through the outer one
+      Vec3& p = garment.vertices[any(random)];
+      p += depth(random) * Vec3(p.x(), p.y(), 0.0).normalized();
+    }
+    const RepairResult result = repair_garment(garment, body);
+    EXPECT_EQ(result.inside, 0) << seed;
+    EXPECT_GT(result.self_before, 0) << seed;
+    EXPECT_TRUE(result.clean()) << seed;
+    EXPECT_TRUE(is_free(garment, result.x, body)) << seed;
+    EXPECT_LT(result.median_motion, 5e-4) << seed;
+  }
 }
 
 }  // namespace

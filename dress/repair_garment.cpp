@@ -38,6 +38,7 @@ constexpr double kPushStep = 0.25;   // the longest of them, in mean edges
 constexpr double kPushReach = 2.5;   // of the field that moves along, in mean edges
 constexpr int kMostFarther = 6;      // tries farther out in these steps
 constexpr double kSpike = 2.0;       // factor of its edges at which a vertex has lost its place
+constexpr std::size_t kAlone = 3;    // of so many neighbours at most one is in the body, too
 constexpr int kIterations = 200;     // of the interpolation
 constexpr double kResidual = 1e-6;   // of its start, at which it ends
 
@@ -253,22 +254,26 @@ class Repair {
   }
 
   /// The vertices to move: those in the body, and the corners of triangles that meet something
-  /// although none of theirs is. A vertex far from its neighbours has lost its place.
+  /// although none of theirs is. A vertex far from its neighbours, or in the
+  /// body almost without them, has lost its place.
   void choose(const Faults& faults) {
     std::vector<char>& is_inside = was_inside_;
     for (const std::int32_t v : faults.inside) is_inside[v] = 1;
     const std::vector<double> outside = edges_outside(is_inside);
     for (const std::int32_t v : faults.inside) {
       double length = 0.0, around = 0.0;
-      int known = 0;
+      std::size_t known = 0, inside = 0;
       for (const std::int32_t w : neighbours_[v]) {
         length += (mesh_.x[v] - mesh_.x[w]).norm();
         around += outside[w];
         known += outside[w] > 0.0 ? 1 : 0;
+        inside += is_inside[w] ? 1 : 0;
       }
-      length /= static_cast<double>(neighbours_[v].size());
-      role_[v] =
-          length > kSpike * (known > 0 ? around / known : mean_edge_) ? Role::filled : Role::own;
+      const std::size_t count = neighbours_[v].size();
+      length /= static_cast<double>(count);
+      around = known > 0 ? around / static_cast<double>(known) : mean_edge_;
+      const bool is_alone = kAlone * inside <= count;
+      role_[v] = is_alone || length > kSpike * around ? Role::filled : Role::own;
     }
     const auto explained = [&](std::int32_t triangle) {
       const Triangle& t = mesh_.triangles[triangle];

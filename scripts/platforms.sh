@@ -71,8 +71,7 @@ copy_sources() {
   done
 }
 
-# hashes PREFIX...: those of the six scenes, by the command PREFIX.
-hashes() { "$@" --frames 6 --program build/release/apps/selvedge "${scenes[@]/%/.json}"; }
+# Compares the hashes of a file with the first ones.
 compare_hashes() {
   local differing
   [ -s "$work/hashes" ] || cp "$1" "$work/hashes"

@@ -6,7 +6,6 @@
 # without threads. check.sh compares its results with those of the native library.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-root=$PWD
 mkdir -p "${1:-build/js}"
 out=$(realpath "${1:-build/js}")
 

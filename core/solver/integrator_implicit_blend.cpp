@@ -76,9 +76,7 @@ class ImplicitBlend final : public Integrator {
   bool expect(double h, std::span<const Vec3> v, std::span<Vec3> mean) override;
   void begin(const StepStart& start, StepEnd end) override;
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
-  std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override {
-    return system_.unbalanced(mean);
-  }
+  std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override;
 
  private:
   bool moves_freely(const StepStart& start);
@@ -99,6 +97,7 @@ class ImplicitBlend final : public Integrator {
   std::vector<double> alpha_;
   std::vector<Vec3> x_, guess_;  // x + β h u⁻, and u⁻
   std::vector<Vec3> v_;          // m/s, at the start of the step
+  std::vector<Vec3> kept_;       // N·s
   Particles heavy_;              // the particles with masses M/α
   std::vector<std::int32_t> met_;
   const Particles* start_ = nullptr;
@@ -253,6 +252,18 @@ void ImplicitBlend::begin_blend(const StepStart& start, std::span<const Vec3> me
   system_.assemble(
       {{x_, guess_, p.mass, start.time + to}, start.h, p.v, to, 1.0, 1.0 / kForceWeight});
   system_.add_jacobian_times(guess_);
+}
+
+// The fastest modes of v pull at the contacts with forces that the step does not keep. Those of u⁻
+// do not: the forces are taken at u⁻, and what leads from v to u⁻ counts as an impulse.
+std::span<const Vec3> ImplicitBlend::unbalanced(std::span<const Vec3> mean) {
+  if (!blends_) return system_.unbalanced(mean);
+  const std::span<const Vec3> rest = system_.unbalanced_at(guess_);
+  kept_.resize(rest.size());
+  for (std::size_t i = 0; i < rest.size(); ++i)
+    kept_[i] = system_.is_free(i) ? Vec3(rest[i] + start_->mass[i] * (guess_[i] - v_[i]))
+                                  : Vec3(Vec3::Zero());
+  return kept_;
 }
 
 /// Sets α = 1 at the particles of contacts that were found during the step.

@@ -29,12 +29,16 @@ constexpr int kAlong = 12, kAcross = 4;
 constexpr int kRow = kAcross + 1;
 constexpr double kStrip = 0.2 * 0.04 * 0.12;  // kg
 
-BodySpec jaw(double side, double friction) {
+/// Height of the lower edge of the jaws, m: at a row of the strip, or between two, so that a strip
+/// that gives way a little keeps all rows in the jaws.
+constexpr double kAtRow = 0.03, kBetweenRows = 0.025;
+
+BodySpec jaw(double side, double friction, double edge) {
   BodySpec body;
   body.name = side > 0.0 ? "front" : "back";
   body.shape = BodyShape{Box{{0.06, 0.02, 0.03}}, 3};
   body.friction = friction;
-  body.placement.translation = Vec3(0.0, side * 0.016, 0.045);
+  body.placement.translation = Vec3(0.0, side * 0.016, edge + 0.015);
   Keyframe closed;
   closed.time = 0.4;
   closed.translation = Vec3(0.0, side * -0.0048, 0.0);
@@ -44,7 +48,7 @@ BodySpec jaw(double side, double friction) {
 
 /// A strip that hangs with a load between two jaws, which close to 0.6 rest gaps on each side. Its
 /// upper edge is held until then.
-Scene jaws(double load, double friction) {
+Scene jaws(double load, double friction, double edge) {
   Scene scene;
   scene.name = "jaws";
   Material& m = scene.materials["default"];
@@ -74,7 +78,7 @@ Scene jaws(double load, double friction) {
     top.vertices.push_back(kAlong * kRow + i);
     weight.vertices.push_back(i);
   }
-  scene.bodies = {jaw(1.0, friction), jaw(-1.0, friction)};
+  scene.bodies = {jaw(1.0, friction, edge), jaw(-1.0, friction, edge)};
   return scene;
 }
 
@@ -87,8 +91,8 @@ double friction_limit(const Simulation& simulation) {
 }
 
 /// The load with which the strip pulls at this share of what friction can hold, kg.
-double load_at(double share, double friction) {
-  const Scene scene = jaws(0.0, friction);
+double load_at(double share, double friction, double edge) {
+  const Scene scene = jaws(0.0, friction, edge);
   Simulation simulation(scene);
   simulation.advance_to_frame(kReleased + 24);
   return share * friction_limit(simulation) / kGravity - kStrip;
@@ -118,7 +122,7 @@ TEST(StaticFriction, AStripInJawsDoesNotSinkBelow95PercentOfItsLimit) {
   std::uniform_real_distribution<double> shares(0.2, 0.94), frictions(0.2, 0.8);
   for (int draw = 0; draw < 6; ++draw) {
     const double share = shares(random), friction = frictions(random);
-    Simulation simulation(jaws(load_at(share, friction), friction));
+    Simulation simulation(jaws(load_at(share, friction, kBetweenRows), friction, kBetweenRows));
     simulation.advance_to_frame(180);
     const std::vector<Vec3> start = simulation.state().x;
     const std::vector<std::int32_t> gripped = touching(simulation);
@@ -135,7 +139,7 @@ TEST(StaticFriction, AStripThatSlidesOutOfJawsIsBrakedAsCoulombSays) {
   std::uniform_real_distribution<double> shares(1.2, 3.0), frictions(0.2, 0.8);
   for (int draw = 0; draw < 4; ++draw) {
     const double share = shares(random), friction = frictions(random);
-    const Scene scene = jaws(load_at(share, friction), friction);
+    const Scene scene = jaws(load_at(share, friction, kAtRow), friction, kAtRow);
     BuiltScene built = build_scene(scene);
     const std::vector<double> mass = built.cloth.mass;
     Simulation simulation(scene, std::move(built));
@@ -160,7 +164,7 @@ TEST(StaticFriction, AStripThatSlidesOutOfJawsIsBrakedAsCoulombSays) {
 }
 
 TEST(StaticFriction, ARunThatContinuesHasTheSameBits) {
-  const Scene scene = jaws(0.01, 0.5);
+  const Scene scene = jaws(0.01, 0.5, kAtRow);
   Simulation whole(scene);
   whole.advance_to_frame(60);
   const SimulationState middle = whole.state();

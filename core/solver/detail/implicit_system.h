@@ -58,6 +58,8 @@ class ImplicitSystem {
   /// b - A v over the free particles, 0 at the others; v of free particles are the old velocities.
   /// Valid until the next call.
   std::span<const Vec3> unbalanced(std::span<const Vec3> v);
+  /// The same at these velocities, whatever the old ones are.
+  std::span<const Vec3> unbalanced_at(std::span<const Vec3> v);
   /// Norm of b - (A + T) v over the free particles, each divided by the square root of its mass.
   double residual_norm(std::span<const ImplicitTerm> terms, std::span<const Vec3> v);
   /// The scale for residual_norm: the same norm of the impulse of external forces, or of the

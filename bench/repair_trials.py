@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""repair_trials.py PROGRAM GARMENT.obj BODY.obj --count N --seed S [--kind pushed|grown] --out FOLDER
+"""bench/repair_trials.py PROGRAM GARMENT.obj BODY.obj --count N --seed S [--kind pushed|grown] --out FOLDER
 Damages a garment N times and repairs it by `selvedge repair`. pushed: 1 % of its vertices (--share) go to the nearest place of
 the body and up to 10 mm (--depth) farther in. grown: the body is up to --depth fatter. A seed gives the same damage again.
 Prints how many of the repaired garments `selvedge check` finds clean, the median and the largest motion of vertices that the

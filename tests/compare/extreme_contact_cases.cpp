@@ -466,7 +466,7 @@ std::vector<ExtremeCase> contact_cases() {
       {"s04_bullet", correct, true, bullet},
       {"s04_plate", correct, true, plate},
       {"s05_stack", correct, false, stack},
-      // One state is 0.05 % above the limit; a hair beside, none is.
+      // One state is 0.05 % above the limit.
       {"s06_ring_3cm", degraded, false, named(ring, scene("s06_ring_3cm"))},
       // A spring beside the handle leaps to 11.2 % for one step.
       {"s06_ring_5cm", degraded, false, named(ring, scene("s06_ring_5cm"))},

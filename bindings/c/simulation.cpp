@@ -213,7 +213,8 @@ int selvedge_simulation_hash(selvedge_simulation* simulation, char out[17]) {
 
 int selvedge_simulation_save(selvedge_simulation* simulation, selvedge_state** out) {
   return c::with(simulation, [&](bindings::DrivenSimulation& s) {
-    c::needed(out, "out") = new selvedge_state{s.save()};
+    selvedge_state*& made = c::needed(out, "out");
+    made = new selvedge_state{s.save()};
   });
 }
 int selvedge_simulation_restore(selvedge_simulation* simulation, const selvedge_state* state) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Repair of a finished garment. A vertex of a bad place gets a base, where the mesh around it wants
+// Repair of a finished garment. First all of it near a vertex in the body is pushed out by a field
+// that is smooth in space, so that folds and layers keep their order. Then a vertex of a place that
+// is still bad gets a base, where the mesh around it wants
 // it: the harmonic interpolation of its neighbours for a vertex that was pushed into the body or
 // through a layer, its own place for the corner of a triangle that only crosses. From there it
 // tries places ever farther off, out of the body or along the normal of the sheet, until its

@@ -4,7 +4,6 @@
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/base/internal/text.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/run/check_result.h>
 
 #include <cstdio>
@@ -24,7 +23,6 @@ using Json = nlohmann::ordered_json;
 struct CheckOptions {
   MeshList list;
   bool json = false;
-  int threads = 0;
 };
 
 bool is_folder(const std::string& file) {
@@ -233,17 +231,12 @@ void add_check_options(const Command& command) {
   command.option("--against-next", o->list.against_next, "The body at the end of the path");
   command.flag("--path", o->list.paths, "Also check the straight path from each MESH to the next");
   command.flag("--json", o->json, "Print JSON");
-  command
-      .option("--threads", o->threads,
-              "Threads for a result folder; 0: all (the answer is the same)")
-      .range(0, 1024);
   command.footer(
       "Exit code: 0 nothing found, or triangles that only touch; 1 an intersection, a vertex "
       "inside the body or a collision; 2 bad input.");
   command.action([o] {
     check_options(o->list);
-    const ThreadLimit limit(o->threads);
-    const bool faulty = is_folder(o->list.meshes.front()) ? check_folder(*o) : check_list(*o);
+      const bool faulty = is_folder(o->list.meshes.front()) ? check_folder(*o) : check_list(*o);
     return faulty ? 1 : 0;
   });
 }

@@ -269,8 +269,6 @@ void add_options(const Command& command, CompareOptions& o) {
       .range(2, kMaxRepeats);
   command.option("--out", o.out, "Folder (default: out/compare_NAME); a second start continues it");
   command.option("--repeats", o.repeats, "Runs of each cell (default 7)").range(1, kMaxRepeats);
-  command.option("--threads", o.threads, "Threads of a run (default 1); 0: all")
-      .range(0, kMaxThreads);
   command.option("--core", o.core, "Pin every run to this processor core (default: none)")
       .range(0, 1023);
   command.option("--budget", o.budget, "Wall seconds allowed for a run (default 300)").positive();
@@ -301,7 +299,10 @@ void add_compare_options(const Command& command) {
   const auto o = std::make_shared<CompareOptions>();
   add_options(command, *o);
   command.footer(footer());
-  command.action([o] { return run_command(*o); });
+  command.action([o, command] {
+    o->threads = command.threads().value_or(1);
+    return run_command(*o);
+  });
 }
 
 }  // namespace

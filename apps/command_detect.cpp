@@ -31,7 +31,7 @@ struct DetectOptions {
   std::vector<std::string> broad_phase{"all"}, narrow_phase{"ccd_exact"};
   NarrowPhaseConfig config;
   double thickness = 0.0;
-  int threads = 0, repeats = 5;
+  int repeats = 5;
   bool json = false;
   QueryRecorderConfig record;
 };
@@ -254,7 +254,6 @@ int run_command(const DetectOptions& o) {
       choose_methods(o.narrow_phase, methods.narrow_phases, "--narrow-phase");
   const MovingSurface a = read_surface(o.a0, o.a1);
   const MovingSurface b = o.b0.empty() ? MovingSurface{} : read_surface(o.b0, o.b1);
-  const ThreadLimit limit(o.threads);
   DetectionCase c{a.view(o.thickness, 1), {}, o.b0.empty()};
   c.b = c.self ? c.a : b.view(o.thickness, 2);
   RecordedRun recording(o.record);
@@ -302,8 +301,6 @@ void add_detect_options(const Command& command) {
       .option("--thickness", o->thickness,
               "Metres by which each surface's boxes are inflated on each side (default 0)")
       .non_negative();
-  command.option("--threads", o->threads, "Threads; 0: all (the result is the same)")
-      .range(0, 1024);
   command.option("--repeats", o->repeats, "Repeats of each measurement (default 5)").range(1, 1000);
   command.option("--pictures", o->pictures,
                  "Folder for pictures of the data of detectors for each surface: depth, "

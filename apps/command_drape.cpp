@@ -6,7 +6,6 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/base/internal/text.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/lab/fabric_drape.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/fabric_file.h>
@@ -29,7 +28,7 @@ using Json = nlohmann::ordered_json;
 
 struct DrapeOptions {
   std::vector<std::string> names;
-  int seeds = 5, cells = 32, levels = 2, threads = 0;
+  int seeds = 5, cells = 32, levels = 2;
   bool woven = false, json = false;
   std::string stretch_law;     // empty: the fabric's
   std::string geometric, out;  // scene and mesh of a geometric drape
@@ -146,7 +145,6 @@ void hang(const DrapeOptions& o) {
 }
 
 void run_command(const DrapeOptions& o) {
-  const ThreadLimit limit(o.threads);
   if (!o.geometric.empty()) return hang(o);
   std::vector<Fabric> fabrics;
   if (o.names.empty())
@@ -201,8 +199,6 @@ void add_drape_options(const Command& command) {
   command.option("--most-sweeps", o->most_sweeps, "Of --geometric: " + geometric[1].meaning)
       .range(static_cast<int>(geometric[1].least), static_cast<int>(geometric[1].most));
   command.option("--out", o->out, "Of --geometric: OBJ file for the shape");
-  command.option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
-      .range(0, 1024);
   command.flag("--json", o->json, "Print JSON");
   command.action([o] {
     run_command(*o);

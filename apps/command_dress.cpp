@@ -5,7 +5,6 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/internal/sequence_leap.h>
 #include <selvedge/core/base/internal/text.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/dress/dress_result.h>
 #include <selvedge/dress/internal/dress_batch.h>
@@ -373,7 +372,6 @@ int dress_list(const DressOptions& o) {
 }
 
 int dress_command(const DressOptions& o) {
-  const ThreadLimit limit(o.threads);
   if (!o.list.empty()) return dress_list(o);
   if (!o.only.empty() || !o.workflow.empty())
     throw std::invalid_argument("--only and --workflow are for several garments, with --list");
@@ -434,8 +432,6 @@ void add_dress_options(const Command& command) {
       .option("--unit", options->unit,
               "Metres per unit of the body's file (default: what it states, else 1)")
       .positive();
-  command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
-      .range(0, 1024);
   command.flag("--every-step", options->every_step, "Also write every accepted state to steps/");
   command.flag("--no-picture", options->no_picture, "Draw no pictures");
   command.flag("--views", options->views,
@@ -445,7 +441,10 @@ void add_dress_options(const Command& command) {
       "Exit code 0: the garment is worn, though perhaps with a reservation. 1: it is not; "
       "result.json says "
       "why.");
-  command.action([options] { return dress_command(*options); });
+  command.action([options, command] {
+    options->threads = command.threads().value_or(0);
+    return dress_command(*options);
+  });
 }
 
 }  // namespace

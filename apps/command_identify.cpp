@@ -4,7 +4,6 @@
 #include <selvedge/apps/detail/heartbeat.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/core/base/internal/stopwatch.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/scene/fabric_file.h>
 
 #include <algorithm>
@@ -28,7 +27,7 @@ struct IdentifyOptions {
   std::vector<std::string> constants = {"bending"};
   std::vector<double> synthetic, finite_elements;
   double target = 0.0;
-  int cells = 12, evaluations = 60, threads = 0;
+  int cells = 12, evaluations = 60;
   GeneticConfig genetic;
   bool resume = false, json = false;
 };
@@ -209,7 +208,6 @@ void identify_net(const IdentifyOptions& o) {
 }
 
 void run_command(const IdentifyOptions& o) {
-  const ThreadLimit limit(o.threads);
   if (o.trial != "drape") return identify_net(o);
   Heartbeat heartbeat("identify");
   const DrapeSearch search = search_of(o);
@@ -268,8 +266,6 @@ void add_identify_options(const Command& command) {
       .range(2, 1000000);
   command.option("--state", o->state, "File that keeps the populations of each generation");
   command.flag("--resume", o->resume, "Continue from --state");
-  command.option("--threads", o->threads, "Threads; 0: all (the answer is the same)")
-      .range(0, 1024);
   command.flag("--json", o->json, "Print JSON");
   command.action([o] {
     run_command(*o);

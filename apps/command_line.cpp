@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/base/internal/text.h>
+#include <selvedge/core/base/parallel.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -159,11 +160,11 @@ std::string Option::name() const { return option_->get_name(); }
 
 Command Command::subcommand(const std::string& name, const std::string& description) const {
   app_->require_subcommand(1);
-  return Command(*app_->add_subcommand(name, description), *exit_code_);
+  return Command(*app_->add_subcommand(name, description), *outcome_);
 }
 
 Command Command::group(const std::string& heading) const {
-  return Command(*app_->add_option_group(heading), *exit_code_);
+  return Command(*app_->add_option_group(heading), *outcome_);
 }
 
 template <class Value>
@@ -193,7 +194,10 @@ Option Command::flag(const std::string& name, bool& value, const std::string& he
 void Command::footer(const std::string& text) const { app_->footer(text); }
 
 void Command::action(const std::function<int()>& run) const {
-  app_->callback([run, exit_code = exit_code_] { *exit_code = run(); });
+  app_->callback([run, outcome = outcome_] {
+    const ThreadLimit limit(outcome->threads.value_or(0));
+    outcome->exit_code = run();
+  });
 }
 
 std::vector<Option> Command::options() const {
@@ -206,14 +210,14 @@ std::vector<Option> Command::options() const {
 
 struct CommandLine::State {
   CLI::App app;
-  std::optional<int> exit_code;
+  Outcome outcome;
 };
 
 CommandLine::CommandLine(const std::string& description, const std::string& name)
-    : CommandLine(std::unique_ptr<State>(new State{CLI::App(description, name), std::nullopt})) {}
+    : CommandLine(std::unique_ptr<State>(new State{CLI::App(description, name), {}})) {}
 
 CommandLine::CommandLine(std::unique_ptr<State> state)
-    : Command(state->app, state->exit_code), state_(std::move(state)) {
+    : Command(state->app, state->outcome), state_(std::move(state)) {
   state_->app.failure_message(failure_message);
 }
 
@@ -221,6 +225,15 @@ CommandLine::~CommandLine() = default;
 
 void CommandLine::version(const std::string& text) {
   state_->app.set_version_flag("--version", text, "Print version, licence and libraries");
+}
+
+void CommandLine::thread_limit() {
+  state_->app.fallthrough();  // of the commands that are added from here on
+  state_->app
+      .add_option("--threads", state_->outcome.threads,
+                  "Threads of any command; 0: all. The result does not depend on it. By default\n"
+                  "all, but 1 for the runs of `compare` and for the trials of `stability`")
+      ->check(CLI::Range(0, 1024));
 }
 
 std::optional<int> CommandLine::parse(int argc, char** argv) {
@@ -234,7 +247,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kInputWrong;  // a call for help is not an error
   }
-  return state_->exit_code;
+  return state_->outcome.exit_code;
 }
 
 }  // namespace selvedge

@@ -53,8 +53,12 @@ class Command {
     CLI::Option* option_;
   };
 
-  explicit Command(CLI::App& app, std::optional<int>& exit_code)
-      : app_(&app), exit_code_(&exit_code) {}
+  /// What the whole command line says and how its command ended.
+  struct Outcome {
+    std::optional<int> threads;    ///< as given for any command
+    std::optional<int> exit_code;  ///< of the command that ran
+  };
+  explicit Command(CLI::App& app, Outcome& outcome) : app_(&app), outcome_(&outcome) {}
 
   Command subcommand(const std::string& name, const std::string& description) const;
   /// Options under a heading of their own in the help.
@@ -71,16 +75,19 @@ class Command {
 
   /// Text below the options in the help.
   void footer(const std::string& text) const;
-  /// Runs where the command line names this command, after its options are read; returns the exit
-  /// code of the program.
+  /// Runs where the command line names this command, after its options are read and with the
+  /// threads that were given; returns the exit code of the program.
   void action(const std::function<int()>& run) const;
+
+  /// The number given with --threads, 0: all processors; after the parsing.
+  std::optional<int> threads() const { return outcome_->threads; }
 
   /// The options added so far, those of groups left out.
   std::vector<Option> options() const;
 
  private:
   CLI::App* app_;
-  std::optional<int>* exit_code_;
+  Outcome* outcome_;
 };
 
 /// The command line of a program.
@@ -94,6 +101,8 @@ class CommandLine : public Command {
 
   /// `--version` prints this text.
   void version(const std::string& text);
+  /// `--threads N`, before or after the name of the command, limits the threads of its action.
+  void thread_limit();
   /// Reads the options and runs the action of the command. Returns the exit code if the program
   /// shall end: that of the action, 0 after the help, 2 after a message on the error stream if the
   /// command line is wrong. Returns nothing if no command has an action. Exceptions of the action

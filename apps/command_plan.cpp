@@ -9,7 +9,7 @@
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>
-#include <selvedge/simulation/plan.h>
+#include <selvedge/simulation/internal/plan.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <algorithm>

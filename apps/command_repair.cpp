@@ -4,7 +4,6 @@
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/base/internal/text.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/dress/internal/repair_garment.h>
@@ -28,7 +27,6 @@ namespace fs = std::filesystem;
 struct RepairOptions {
   std::string mesh, against, out;
   double unit = 1.0, clearance = RepairConfig{}.clearance;
-  int threads = 0;
   bool json = false;
 };
 
@@ -144,7 +142,6 @@ void print(const RepairOptions& o, const RepairResult& r) {
 }
 
 int repair_command(RepairOptions o) {
-  const ThreadLimit limit(o.threads);
   if (o.out.empty()) {
     const fs::path file = o.mesh;
     const std::string kind = suffix(o.mesh) == ".ply" ? ".ply" : ".obj";
@@ -180,8 +177,6 @@ void add_repair_options(const Command& command) {
   command.option("--unit", options->unit, "Metres per unit of both files")
       .positive()
       .show_default();
-  command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
-      .range(0, 1024);
   command.flag("--json", options->json, "Print the result as JSON");
   command.footer("Exit code 1: crossings remain; the places are named.");
   command.action([options] { return repair_command(*options); });

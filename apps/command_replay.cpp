@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/print.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/run/internal/replay.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>
@@ -31,7 +30,6 @@ namespace fs = std::filesystem;
 struct ReplayOptions {
   std::string first, second;
   bool explain = false, json = false;
-  int threads = 0;
 };
 
 void print_json(const Json& json) { print_document(json); }
@@ -136,7 +134,6 @@ int replay_bundle(const ReplayOptions& options) {
         ": its scene was made in code; call replay_step in the program that made it");
   const Methods methods = methods_of_this_build();
   const Scene scene = read_scene(bundle.folder / "scene.json", {}, methods);
-  const ThreadLimit limit(options.threads);
   Simulation simulation(scene, build_scene(scene, methods), bundle.state, methods);
   StepRecording recording;
   if (options.explain) simulation.set_trace(&recording.trace());
@@ -249,8 +246,6 @@ void add_replay_options(const Command& command) {
       .flag("--explain", options->explain,
             "Explain which forces and stages of the step caused the collisions")
       .excludes(second);
-  command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
-      .range(0, 1024);
   command.flag("--json", options->json, "Print JSON");
   command.action([options] {
     return options->second.empty() ? replay_bundle(*options) : compare_runs(*options);

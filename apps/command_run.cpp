@@ -4,7 +4,6 @@
 #include <selvedge/apps/detail/progress_bar.h>
 #include <selvedge/apps/detail/record_queries.h>
 #include <selvedge/core/base/internal/text.h>
-#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/system/internal/signals.h>
 #include <selvedge/pictures/result_pictures.h>
 #include <selvedge/run/result_folder.h>
@@ -32,7 +31,6 @@ using namespace selvedge;
 
 struct RunOptions {
   std::string scene, out;
-  int threads = 0;
   std::vector<std::string> set;
   double budget = 0.0;
   int max_steps = 0;
@@ -144,7 +142,6 @@ RunResult run_or_explain(const Scene& scene, const RunConfig& config, ProgressBa
 int run_command(const RunOptions& options) {
   Methods methods = methods_of_this_build();
   const Scene scene = read_scene(options.scene, read_overrides(options.set), methods);
-  const ThreadLimit limit(options.threads);
   RecordedRun recording(options.record, methods);
   const StopOnSignal stop;
   ProgressBar bar("frame", scene.time.frames);
@@ -180,8 +177,6 @@ void add_run_options(const Command& command) {
   const auto options = std::make_shared<RunOptions>();
   command.option("scene", options->scene, "Scene file (JSON)").required();
   command.option("--out", options->out, "Result folder (default: out/NAME of the scene)");
-  command.option("--threads", options->threads, "Threads; 0: all (the result is the same)")
-      .range(0, 1024);
   command.option("--set", options->set, "path=value replaces a value of the scene file").one_word();
   const Command::Option resume = command.flag("--resume", options->resume,
                                               "Continue from the checkpoint in the result folder");

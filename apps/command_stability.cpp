@@ -152,7 +152,6 @@ int run_command(const StabilityOptions& o) {
 
 struct OptionGroups {
   Command of_scene, of_folder;
-  Command::Option threads;
 };
 
 /// Options of the other kind of run are a mistake.
@@ -164,12 +163,13 @@ void refuse_options(const Command& group, const std::string& why) {
 int run_folder_or_scene(const OptionGroups& groups, StabilityOptions& o) {
   if (!std::filesystem::is_directory(o.scene)) {
     refuse_options(groups.of_folder, o.scene + " is not a folder of scenes");
+    o.threads = groups.of_scene.threads().value_or(1);
     return run_command(o);
   }
   refuse_options(groups.of_scene, o.scene + " is a folder; name a scene file for this option");
   o.cases.data = o.scene;
   o.cases.json = o.json;
-  if (groups.threads.given()) o.cases.threads = o.threads;
+  o.cases.threads = groups.of_folder.threads().value_or(0);
   return run_cases(o.cases);
 }
 
@@ -208,9 +208,6 @@ OptionGroups add_options(const Command& command, StabilityOptions& o) {
               "Relative precision of the measured step (default 0.01)")
       .range(1e-4, 1.0);
   of_scene.option("--set", o.set, "path=value replaces a value of the scene file").one_word();
-  const Command::Option threads =
-      command.option("--threads", o.threads, "Threads (default 1; for a folder: all); 0: all")
-          .range(0, 1024);
   command.flag("--json", o.json, "Print JSON");
   add_case_options(of_folder, o.cases);
   command.footer(
@@ -224,7 +221,7 @@ OptionGroups add_options(const Command& command, StabilityOptions& o) {
       "A scene of a folder ends as correct (finished, no crossing in any frame or on any\n"
       "path, within its limits), refused with a reason, degraded with a flag, or FAILED.\n"
       "Exit code: 0 every bound holds and no scene FAILED, 1 otherwise, 2 bad input.");
-  return {of_scene, of_folder, threads};
+  return {of_scene, of_folder};
 }
 
 void add_stability_options(const Command& command) {

@@ -2,7 +2,7 @@
 #include "seam_scenes.h"
 
 #include <fmt/format.h>
-#include <selvedge/bodies/weld.h>
+#include <selvedge/bodies/mesh_file.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation_state.h>
 

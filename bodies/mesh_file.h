@@ -85,6 +85,20 @@ bool states_axes(const std::filesystem::path& file);
 /// message of a thrown std::invalid_argument.
 TriangleMesh prepare_mesh(TriangleMesh mesh, const LoadConfig& config, const std::string& name);
 
+/// What weld_vertices has done to a mesh.
+struct WeldReport {
+  std::size_t vertices = 0;   ///< before
+  std::size_t joined = 0;     ///< of these, how many became one with another
+  std::size_t collapsed = 0;  ///< triangles that lost a corner and are gone
+  double farthest = 0.0;      ///< m, largest distance of two vertices that became one
+};
+
+/// Joins vertices that are at most `distance` apart, m: each with the nearest one before it that
+/// was not joined itself, whose position it takes. Removes triangles that lose a corner, and
+/// vertices of no triangle. The result depends on the order of the vertices alone. Throws
+/// std::invalid_argument unless the distance is finite and > 0.
+WeldReport weld_vertices(TriangleMesh& mesh, double distance);
+
 /// Reads the flat pattern of a garment from the texture coordinates of an OBJ file, as in ARCSim's
 /// files: positions in the xy-plane, m, where one texture unit is `unit` metres. Triangle i
 /// corresponds to triangle i of read_mesh(file). A corner on a seam has several positions in the

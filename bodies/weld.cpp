@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/detail/mesh_source.h>
-#include <selvedge/bodies/weld.h>
+#include <selvedge/bodies/mesh_file.h>
 
 #include <algorithm>
 #include <cmath>

@@ -32,6 +32,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kCheckpointSeconds = 1.0;  // between two checkpoints, unless frames take longer
+
+/// The last frame and the result up to it.
+struct LastFrame {
+  detail::StateCopy copy;
+  RunResult result;
+};
+
 class Run {
  public:
   Run(const Scene& scene, const RunConfig& config) : scene_(scene), config_(config) {}
@@ -137,9 +145,11 @@ class Run {
       advance();
     } catch (const std::exception&) {
       settle_frame();
+      write_last_checkpoint();
       throw;
     }
     settle_frame();
+    write_last_checkpoint();
   }
 
   void advance() {
@@ -180,16 +190,24 @@ class Run {
   }
 
   /// Copies the frame and the result so far. A task writes them while the next steps are computed,
-  /// one frame after the other and the checkpoint after its frame, so that at any moment the
-  /// checkpoint names a frame that is whole.
+  /// one frame after the other and a checkpoint after its frame, so that at any moment the
+  /// checkpoint names a frame that is whole. File systems write a replaced file to the disk at once,
+  /// which takes longer than a frame of a small cloth, so frames in quick succession share one.
   void write_frame() {
     settle_frame();
     const Stopwatch watch;
     written_ = frame_;
-    writing_.start([this, copy = output_->copy_frame(*simulation_, frame_), r = result()] {
-      output_->write_frame(copy);
-      detail::write_checkpoint(config_.out, copy.number, copy, r);
+    last_ = std::make_shared<const LastFrame>(
+        LastFrame{output_->copy_frame(*simulation_, frame_), result()});
+    const bool due = !since_checkpoint_ || since_checkpoint_->seconds() >= kCheckpointSeconds;
+    writing_.start([this, last = last_, due] {
+      output_->write_frame(last->copy);
+      if (due) write_checkpoint(*last);
     });
+    if (due) {
+      since_checkpoint_.emplace();
+      last_.reset();
+    }
     output_s_ += watch.seconds();
     if (writing_.is_done()) settle_frame();
   }
@@ -199,12 +217,27 @@ class Run {
   void settle_frame() {
     if (!writing_.is_pending()) return;
     const Stopwatch watch;
-    writing_.finish();
+    try {
+      writing_.finish();
+    } catch (const std::exception&) {
+      last_.reset();  // no checkpoint of a frame that is not whole
+      throw;
+    }
     // A resumed run has now passed the step at which it had stopped.
     if (resumed_) detail::remove_failure_bundle(bundle());
     output_s_ += watch.seconds();
     const int frame = written_++;
     if (config_.progress) config_.progress(frame, clock_.seconds());
+  }
+
+  /// The checkpoint of the last frame, if write_frame has left it out.
+  void write_last_checkpoint() {
+    if (last_) write_checkpoint(*last_);
+    last_.reset();
+  }
+
+  void write_checkpoint(const LastFrame& last) const {
+    detail::write_checkpoint(config_.out, last.copy.number, last.copy, last.result);
   }
 
   void write_checkpoint() {
@@ -274,6 +307,8 @@ class Run {
   int frame_ = 0;    // last complete one
   int written_ = 0;  // number of frames in the folder
   double output_s_ = 0.0;
+  std::optional<Stopwatch> since_checkpoint_;
+  std::shared_ptr<const LastFrame> last_;  // whose checkpoint is not written; null: it is
   bool resumed_ = false;
   std::string stopped_;
   detail::BackgroundTask writing_;  // the last frame; last member, since it refers to the others

@@ -4,7 +4,6 @@
 #include <selvedge/bodies/internal/sequence_leap.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
-#include <selvedge/bodies/weld.h>
 #include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/check_scene.h>

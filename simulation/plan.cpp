@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/simulation/detail/excluded_surfaces.h>
 #include <selvedge/simulation/detail/idle_proofs.h>
-#include <selvedge/simulation/plan.h>
+#include <selvedge/simulation/internal/plan.h>
 
 #include <algorithm>
 #include <cmath>

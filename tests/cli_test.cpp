@@ -159,6 +159,14 @@ TEST_F(Program, ThreadsDoNotChangeABit) {
   EXPECT_EQ(frame("one", 3), frame("two", 3));
 }
 
+TEST_F(Program, TakesTheNumberOfThreadsBeforeAndAfterTheCommand) {
+  const std::string scene = (folder_ / "small.json").string();
+  EXPECT_EQ(run("--threads 1 plan " + scene).code, 0);
+  EXPECT_EQ(run("plan " + scene + " --threads 1").code, 0);
+  EXPECT_REFUSED(run("plan " + scene + " --threads -1"), "--threads");
+  EXPECT_REFUSED(run("plan " + scene + " --threads many"), "--threads");
+}
+
 TEST_F(Program, EveryStepWritesEveryAcceptedState) {
   ASSERT_EQ(run_small("r", "--every-step").code, 0);
   EXPECT_EQ(count("r/steps", "cloth_"), result("r")["steps"].get<std::size_t>() + 1);

@@ -3,7 +3,7 @@
 
 #include <selvedge/compare/compare_table.h>
 #include <selvedge/scene/methods.h>
-#include <selvedge/simulation/plan.h>
+#include <selvedge/simulation/internal/plan.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 

@@ -7,7 +7,7 @@
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/idle_proofs.h>
 #include <selvedge/simulation/detail/strain_reach.h>
-#include <selvedge/simulation/plan.h>
+#include <selvedge/simulation/internal/plan.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>

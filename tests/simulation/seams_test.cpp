@@ -2,7 +2,7 @@
 //
 // Surfaces whose parts lie against each other without common vertices count as one.
 #include <gtest/gtest.h>
-#include <selvedge/bodies/weld.h>
+#include <selvedge/bodies/mesh_file.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/simulation/detail/surface_union.h>
 

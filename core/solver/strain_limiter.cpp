@@ -36,7 +36,8 @@ void validate_limit(const Spring& s, double limit, std::size_t particles) {
 }  // namespace
 
 StrainLimiter::StrainLimiter(std::span<const Spring> springs, std::span<const double> limits,
-                             std::size_t particles) {
+                             std::size_t particles, LimitedStrain limited)
+    : limited_(limited) {
   if (springs.size() != limits.size())
     throw std::invalid_argument("strain limiter: " + std::to_string(limits.size()) +
                                 " limits for " + std::to_string(springs.size()) + " springs");
@@ -76,7 +77,22 @@ StrainReport StrainLimiter::measure(std::span<const Vec3> x) const {
     report.compression_excess = std::max(report.compression_excess, p.compression_excess);
   }
   report.residual = std::max(report.residual, report.excess);
+  if (limits_compression()) report.residual = std::max(report.residual, report.compression_excess);
   return report;
+}
+
+double StrainLimiter::allowed_length(std::size_t s, double length) const {
+  const double rest = springs_[s].rest_length;
+  const double shortest = limits_compression() ? std::max(0.0, 1.0 - limits_[s]) * rest : 0.0;
+  return std::clamp(length, shortest, (1.0 + limits_[s]) * rest);
+}
+
+bool StrainLimiter::is_beyond(std::size_t s, double squared) const {
+  const double rest = springs_[s].rest_length, longest = (1.0 + limits_[s]) * rest;
+  if (!(squared <= longest * longest)) return true;
+  if (!limits_compression() || squared <= 0.0) return false;
+  const double shortest = (1.0 - limits_[s]) * rest;
+  return shortest > 0.0 && squared < shortest * shortest;
 }
 
 StrainReport StrainLimiter::apply(std::span<const double> inv_mass, double tolerance,
@@ -89,10 +105,10 @@ StrainReport StrainLimiter::apply(std::span<const double> inv_mass, double toler
       for (std::size_t i = begin; i < end; ++i) {
         const Spring& s = springs_[i];
         const Vec3 d = x[s.b] - x[s.a];
-        const double longest = (1.0 + limits_[i]) * s.rest_length;
         const double squared = d.squaredNorm(), mobility = inv_mass[s.a] + inv_mass[s.b];
-        if (squared <= longest * longest || mobility <= 0.0) continue;
-        const Vec3 move = ((1.0 - longest / std::sqrt(squared)) / mobility) * d;
+        if (mobility <= 0.0 || !is_beyond(i, squared)) continue;
+        const double length = std::sqrt(squared);
+        const Vec3 move = ((1.0 - allowed_length(i, length) / length) / mobility) * d;
         x[s.a] += inv_mass[s.a] * move;
         x[s.b] -= inv_mass[s.b] * move;
       }

@@ -30,6 +30,13 @@ struct StrainReport {
   double compression_excess = -std::numeric_limits<double>::infinity();
 };
 
+/// The springs that a method changes. It leaves an end alone at which no spring has such a strain.
+enum class LimitedStrain : std::uint8_t {
+  any,                      ///< it may change every end; none is left out
+  stretch,                  ///< springs longer than (1 + limit) L0
+  stretch_and_compression,  ///< these, and springs shorter than (1 - limit) L0
+};
+
 /// Position correction [Provot1995; survey 4.1] by mass-weighted Gauss-Seidel sweeps over a fixed
 /// colouring. It stops when no spring exceeds its limit by more than `tolerance` (in strain), or
 /// after `max_sweeps` sweeps. Particles with inv_mass 0 do not move; the momentum of the free
@@ -37,7 +44,7 @@ struct StrainReport {
 class StrainLimiter {
  public:
   StrainLimiter(std::span<const Spring> springs, std::span<const double> limits,
-                std::size_t particles);
+                std::size_t particles, LimitedStrain limited = LimitedStrain::stretch);
 
   /// Strains at the positions x; changes nothing.
   StrainReport measure(std::span<const Vec3> x) const;
@@ -45,6 +52,13 @@ class StrainLimiter {
   std::span<const Spring> springs() const { return springs_; }
   std::span<const double> limits() const { return limits_; }
   std::span<const std::size_t> color_begin() const { return color_begin_; }
+  LimitedStrain limited() const { return limited_; }
+  bool limits_compression() const { return limited_ == LimitedStrain::stretch_and_compression; }
+  /// The length, m, nearest to `length` that spring s may have.
+  double allowed_length(std::size_t s, double length) const;
+  /// Whether spring s is beyond its limit with a length whose square is `squared`, m². A spring
+  /// without length has no direction and is not.
+  bool is_beyond(std::size_t s, double squared) const;
   /// Moves the particles at x, m, until the limits hold.
   StrainReport apply(std::span<const double> inv_mass, double tolerance, int max_sweeps,
                      std::span<Vec3> x) const;
@@ -53,6 +67,7 @@ class StrainLimiter {
   std::vector<Spring> springs_;  // sorted by colour
   std::vector<double> limits_;
   std::vector<std::size_t> color_begin_;
+  LimitedStrain limited_;
 };
 
 /// Input of a limiter for one step.
@@ -71,13 +86,6 @@ enum class LimiterKind : std::uint8_t {
   force,          ///< adds a force on the springs
   critical_step,  ///< limits nothing; reports the critical step of the cloth (critical_step)
   stiffens,       ///< stiffens the cloth and shortens the steps before the run (chittaro_policy)
-};
-
-/// The springs that a method changes. It leaves an end alone at which no spring has such a strain.
-enum class LimitedStrain : std::uint8_t {
-  any,                      ///< it may change every end; none is left out
-  stretch,                  ///< springs longer than their limit
-  stretch_and_compression,  ///< springs longer or shorter by more than their limit
 };
 
 /// Properties of a limiter.
@@ -119,25 +127,24 @@ using StrainLimiterRegistry = Registry<StrainLimit, LimiterTraits, std::span<con
 StrainLimiterRegistry strain_limiters();
 
 // Members that change the end of a step; each file cites its paper.
-std::unique_ptr<StrainLimitMethod> make_position_limiter(std::span<const Spring>,
-                                                         std::span<const double> limits,
-                                                         std::size_t particles, bool with_velocity);
+std::unique_ptr<StrainLimitMethod> make_position_limiter(
+    std::span<const Spring>, std::span<const double> limits, std::size_t particles,
+    bool with_velocity, LimitedStrain limited = LimitedStrain::stretch);
 /// Corrects the worst springs first, sorted into buckets. `priority`: each further correction of a
 /// particle in one sweep is smaller.
 struct OrderedConfig {
   bool priority = false;
   bool with_velocity = false;  ///< springs at their limit stop stretching
 };
-std::unique_ptr<StrainLimitMethod> make_ordered_limiter(std::span<const Spring>,
-                                                        std::span<const double> limits,
-                                                        std::size_t particles,
-                                                        const OrderedConfig& config);
-std::unique_ptr<StrainLimitMethod> make_velocity_limiter(std::span<const Spring>,
-                                                         std::span<const double> limits,
-                                                         std::size_t particles, bool as_printed);
-std::unique_ptr<StrainLimitMethod> make_position_velocity_limiter(std::span<const Spring>,
-                                                                  std::span<const double> limits,
-                                                                  std::size_t particles);
+std::unique_ptr<StrainLimitMethod> make_ordered_limiter(
+    std::span<const Spring>, std::span<const double> limits, std::size_t particles,
+    const OrderedConfig& config, LimitedStrain limited = LimitedStrain::stretch);
+std::unique_ptr<StrainLimitMethod> make_velocity_limiter(
+    std::span<const Spring>, std::span<const double> limits, std::size_t particles, bool as_printed,
+    LimitedStrain limited = LimitedStrain::stretch);
+std::unique_ptr<StrainLimitMethod> make_position_velocity_limiter(
+    std::span<const Spring>, std::span<const double> limits, std::size_t particles,
+    LimitedStrain limited = LimitedStrain::stretch);
 
 /// How springs become stiffer near their limit.
 enum class StiffeningLaw {

@@ -30,8 +30,8 @@ constexpr double kLess = 0.5;
 class OrderedLimiter final : public StrainLimitMethod {
  public:
   OrderedLimiter(std::span<const Spring> springs, std::span<const double> limits,
-                 std::size_t particles, const OrderedConfig& config)
-      : limiter_(springs, limits, particles),
+                 std::size_t particles, const OrderedConfig& config, LimitedStrain limited)
+      : limiter_(springs, limits, particles, limited),
         config_(config),
         excess_(springs.size()),
         order_(springs.size()),
@@ -44,13 +44,13 @@ class OrderedLimiter final : public StrainLimitMethod {
                   "not keep momentum",
               .source = "Zhenfang, Bing, Fast cloth simulation, 2012; survey 4.5",
               .keeps_momentum = false,
-              .limits = LimitedStrain::stretch};
+              .limits = limiter_.limited()};
     return {
         .promise = "bounds the strain, worst springs first; keeps momentum",
         .source = config_.with_velocity
                       ? "Dochev, Vassilev, Efficient super-elasticity handling, 2003; survey 4.5"
                       : "Kang, Choi, Cho, Fast and stable animation of cloth, 2000; survey 4.2",
-        .limits = LimitedStrain::stretch};
+        .limits = limiter_.limited()};
   }
 
   const StrainLimiter* limiter() const override { return &limiter_; }
@@ -66,12 +66,12 @@ class OrderedLimiter final : public StrainLimitMethod {
 
   StrainLimiter limiter_;
   OrderedConfig config_;
-  std::vector<double> excess_;       // strain above the limit
-  std::vector<std::int32_t> order_;  // springs over their limit, worst bucket first
+  std::vector<double> excess_;       // strain beyond the limit
+  std::vector<std::int32_t> order_;  // springs beyond their limit, worst bucket first
   std::vector<double> share_;        // fraction of a correction that the particle follows
 };
 
-/// Returns the number of springs over their limit.
+/// Returns the number of springs beyond their limit.
 std::size_t OrderedLimiter::sort(std::span<const Vec3> x, double worst) {
   std::array<std::size_t, kBuckets + 1> begin{};
   const auto bucket = [&](double excess) {  // 0: the worst
@@ -81,7 +81,10 @@ std::size_t OrderedLimiter::sort(std::span<const Vec3> x, double worst) {
   const auto springs = limiter_.springs();
   for (std::size_t s = 0; s < springs.size(); ++s) {
     const double length = (x[springs[s].b] - x[springs[s].a]).norm();
-    excess_[s] = length / springs[s].rest_length - 1.0 - limiter_.limits()[s];
+    const double strain = length / springs[s].rest_length - 1.0;
+    excess_[s] = strain - limiter_.limits()[s];
+    if (limiter_.limits_compression())
+      excess_[s] = std::max(excess_[s], -strain - limiter_.limits()[s]);
     if (excess_[s] > 0.0) ++begin[bucket(excess_[s]) + 1];
   }
   for (int k = 0; k < kBuckets; ++k) begin[k + 1] += begin[k];
@@ -94,12 +97,11 @@ std::size_t OrderedLimiter::sort(std::span<const Vec3> x, double worst) {
 void OrderedLimiter::correct(const LimitStep& step, std::size_t s, std::span<Vec3> x) {
   const Spring& spring = limiter_.springs()[s];
   const Vec3 d = x[spring.b] - x[spring.a];
-  const double longest = (1.0 + limiter_.limits()[s]) * spring.rest_length;
-  const double length = d.norm();
+  const double length = d.norm(), allowed = limiter_.allowed_length(s, length);
   const double wa = step.inv_mass[spring.a] * share_[spring.a];
   const double wb = step.inv_mass[spring.b] * share_[spring.b];
-  if (length <= longest || wa + wb <= 0.0) return;
-  const Vec3 move = ((1.0 - longest / length) / (wa + wb)) * d;
+  if (length == allowed || length <= 0.0 || wa + wb <= 0.0) return;
+  const Vec3 move = ((1.0 - allowed / length) / (wa + wb)) * d;
   x[spring.a] += wa * move;
   x[spring.b] -= wb * move;
   if (!config_.priority) return;
@@ -126,17 +128,17 @@ StrainReport OrderedLimiter::limit_ends(const LimitStep& step, std::span<Vec3> x
 std::unique_ptr<StrainLimitMethod> make_ordered_limiter(std::span<const Spring> springs,
                                                         std::span<const double> limits,
                                                         std::size_t particles,
-                                                        const OrderedConfig& config) {
-  return std::make_unique<OrderedLimiter>(springs, limits, particles, config);
+                                                        const OrderedConfig& config,
+                                                        LimitedStrain limited) {
+  return std::make_unique<OrderedLimiter>(springs, limits, particles, config, limited);
 }
 
 void register_ordered_limiters(StrainLimiterRegistry& registry) {
   const auto add = [&](const char* name, const OrderedConfig& config) {
     detail::register_method(
         registry, name,
-        [config](std::span<const Spring> s, std::span<const double> l, std::size_t n) {
-          return make_ordered_limiter(s, l, n, config);
-        });
+        [config](std::span<const Spring> s, std::span<const double> l, std::size_t n,
+                 LimitedStrain limited) { return make_ordered_limiter(s, l, n, config, limited); });
   };
   add("ordered_position", {.priority = false, .with_velocity = false});
   add("ordered_position_velocity", {.priority = false, .with_velocity = true});

@@ -18,8 +18,8 @@ namespace {
 class PositionLimiter : public StrainLimitMethod {
  public:
   PositionLimiter(std::span<const Spring> springs, std::span<const double> limits,
-                  std::size_t particles, bool with_velocity)
-      : limiter_(springs, limits, particles), with_velocity_(with_velocity) {}
+                  std::size_t particles, bool with_velocity, LimitedStrain limited)
+      : limiter_(springs, limits, particles, limited), with_velocity_(with_velocity) {}
 
   LimiterTraits traits() const override {
     return {.promise = with_velocity_
@@ -27,7 +27,7 @@ class PositionLimiter : public StrainLimitMethod {
                            : "as printed: corrects positions only; velocities continue to stretch",
             .source = "Provot, Deformation constraints in a mass-spring model, 1995; survey 4.1",
             .keeps_velocity = !with_velocity_,
-            .limits = LimitedStrain::stretch};
+            .limits = limiter_.limited()};
   }
   const StrainLimiter* limiter() const override { return &limiter_; }
   StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) override {
@@ -42,15 +42,15 @@ class PositionLimiter : public StrainLimitMethod {
 class PositionVelocityLimiter final : public PositionLimiter {
  public:
   PositionVelocityLimiter(std::span<const Spring> springs, std::span<const double> limits,
-                          std::size_t particles)
-      : PositionLimiter(springs, limits, particles, true) {}
+                          std::size_t particles, LimitedStrain limited)
+      : PositionLimiter(springs, limits, particles, true, limited) {}
 
   LimiterTraits traits() const override {
     return {.promise = "bounds the strain; springs at their limit stop stretching; keeps momentum",
             .source =
                 "Zhong, Xu, Three-dimensional garment dressing simulation, 2009; velocities after "
                 "Bridson, Fedkiw, Anderson 2002; survey 4.4",
-            .limits = LimitedStrain::stretch};
+            .limits = limiter()->limited()};
   }
   void limit_velocities(const LimitStep& step, std::span<const Vec3> x,
                         std::span<Vec3> v) override {
@@ -65,24 +65,25 @@ void StrainLimitMethod::limit_velocities(const LimitStep&, std::span<const Vec3>
 
 std::unique_ptr<StrainLimitMethod> make_position_limiter(std::span<const Spring> springs,
                                                          std::span<const double> limits,
-                                                         std::size_t particles,
-                                                         bool with_velocity) {
-  return std::make_unique<PositionLimiter>(springs, limits, particles, with_velocity);
+                                                         std::size_t particles, bool with_velocity,
+                                                         LimitedStrain limited) {
+  return std::make_unique<PositionLimiter>(springs, limits, particles, with_velocity, limited);
 }
 
 std::unique_ptr<StrainLimitMethod> make_position_velocity_limiter(std::span<const Spring> springs,
                                                                   std::span<const double> limits,
-                                                                  std::size_t particles) {
-  return std::make_unique<PositionVelocityLimiter>(springs, limits, particles);
+                                                                  std::size_t particles,
+                                                                  LimitedStrain limited) {
+  return std::make_unique<PositionVelocityLimiter>(springs, limits, particles, limited);
 }
 
 void register_position_limiters(StrainLimiterRegistry& registry) {
   for (const bool with_velocity : {true, false})
-    detail::register_method(
-        registry, with_velocity ? "position" : "position_as_printed",
-        [with_velocity](std::span<const Spring> s, std::span<const double> l, std::size_t n) {
-          return make_position_limiter(s, l, n, with_velocity);
-        });
+    detail::register_method(registry, with_velocity ? "position" : "position_as_printed",
+                            [with_velocity](std::span<const Spring> s, std::span<const double> l,
+                                            std::size_t n, LimitedStrain limited) {
+                              return make_position_limiter(s, l, n, with_velocity, limited);
+                            });
   detail::register_method(registry, "position_velocity", make_position_velocity_limiter);
 }
 

@@ -7,7 +7,9 @@ void detail::register_method(StrainLimiterRegistry& registry, const std::string&
                              const MakeLimitMethod& make) {
   const auto product = [make](const MethodOptions& o, std::span<const Spring> springs,
                               std::span<const double> limits, std::size_t particles) {
-    return StrainLimit{.method = make(springs, limits, particles),
+    const LimitedStrain limited =
+        o.flag("compression") ? LimitedStrain::stretch_and_compression : LimitedStrain::stretch;
+    return StrainLimit{.method = make(springs, limits, particles, limited),
                        .force = nullptr,
                        .max_sweeps = o.whole("max_sweeps")};
   };
@@ -20,7 +22,14 @@ void detail::register_method(StrainLimiterRegistry& registry, const std::string&
                                 .meaning =
                                     "sweeps over the springs in one step; more leave a "
                                     "smaller residual and cost more"};
-  registry.add(name, {max_sweeps}, product, make({}, {}, 0)->traits());
+  const MethodOption compression{.name = "compression",
+                                 .unit = "",
+                                 .kind = OptionKind::boolean,
+                                 .meaning =
+                                     "also lengthens springs shorter by more than their limit, as "
+                                     "the survey describes it; cloth then buckles less finely"};
+  registry.add(name, {max_sweeps, compression}, product,
+               make({}, {}, 0, LimitedStrain::stretch)->traits());
 }
 
 void detail::register_policy(StrainLimiterRegistry& registry, const std::string& name,

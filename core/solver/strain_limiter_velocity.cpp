@@ -31,8 +31,8 @@ constexpr double kWithinTolerance = 0.5;
 class VelocityLimiter final : public StrainLimitMethod {
  public:
   VelocityLimiter(std::span<const Spring> springs, std::span<const double> limits,
-                  std::size_t particles, bool as_printed)
-      : limiter_(springs, limits, particles), as_printed_(as_printed), u_(particles) {}
+                  std::size_t particles, bool as_printed, LimitedStrain limited)
+      : limiter_(springs, limits, particles, limited), as_printed_(as_printed), u_(particles) {}
 
   LimiterTraits traits() const override {
     if (as_printed_)
@@ -42,12 +42,12 @@ class VelocityLimiter final : public StrainLimitMethod {
                   "2000; survey 4.3",
               .bounds_strain = false,
               .keeps_momentum = false,
-              .limits = LimitedStrain::stretch};
+              .limits = limiter_.limited()};
     return {
         .promise = "no spring stretches beyond its limit; one that is beyond stays; keeps momentum",
         .source = "Bridson, Fedkiw, Anderson, 2002; survey 4.3",
         .bounds_strain = false,
-        .limits = LimitedStrain::stretch};
+        .limits = limiter_.limited()};
   }
 
   const StrainLimiter* limiter() const override { return &limiter_; }
@@ -63,16 +63,20 @@ class VelocityLimiter final : public StrainLimitMethod {
   std::vector<double> change_;
 };
 
-/// Corrects one spring; returns by how much it reduced the strain at the end of the step.
+/// Corrects one spring; returns by how much it changed the strain at the end of the step.
 double VelocityLimiter::correct(const LimitStep& step, std::size_t s) {
   const Spring& spring = limiter_.springs()[s];
   const double wa = step.inv_mass[spring.a], wb = step.inv_mass[spring.b];
   const Vec3 d = step.x_t0[spring.b] - step.x_t0[spring.a];
   const Vec3 relative = u_[spring.b] - u_[spring.a];
-  const double now = d.norm(), longest = (1.0 + limiter_.limits()[s]) * spring.rest_length;
+  const double now = d.norm();
   if (now <= 0.0 || wa + wb <= 0.0) return 0.0;
-  if ((d + step.h * relative).squaredNorm() <= longest * longest) return 0.0;
-  const Vec3 along = d / now;
+  const double squared = (d + step.h * relative).squaredNorm();
+  if (!limiter_.is_beyond(s, squared)) return 0.0;
+  // In a spring that becomes too short, all that follows has the other sign.
+  const double end = std::sqrt(squared), allowed = limiter_.allowed_length(s, end);
+  const double sign = end > allowed ? 1.0 : -1.0;
+  const Vec3 along = sign / now * d;
   const double rate = relative.dot(along);
   if (as_printed_) {
     if (rate <= 0.0) return 0.0;
@@ -81,7 +85,7 @@ double VelocityLimiter::correct(const LimitStep& step, std::size_t s) {
     if (wb > 0.0) u_[spring.b] -= u_[spring.b].dot(along) * along;
     return before * step.h / spring.rest_length;
   }
-  const double excess = rate - std::max(0.0, longest - now) / step.h;
+  const double excess = rate - std::max(0.0, sign * (allowed - now)) / step.h;
   if (excess <= 0.0) return 0.0;
   const Vec3 impulse = (excess / (wa + wb)) * along;
   u_[spring.a] += wa * impulse;
@@ -121,8 +125,9 @@ StrainReport VelocityLimiter::limit_ends(const LimitStep& step, std::span<Vec3> 
 
 std::unique_ptr<StrainLimitMethod> make_velocity_limiter(std::span<const Spring> springs,
                                                          std::span<const double> limits,
-                                                         std::size_t particles, bool as_printed) {
-  return std::make_unique<VelocityLimiter>(springs, limits, particles, as_printed);
+                                                         std::size_t particles, bool as_printed,
+                                                         LimitedStrain limited) {
+  return std::make_unique<VelocityLimiter>(springs, limits, particles, as_printed, limited);
 }
 
 namespace detail {
@@ -139,9 +144,11 @@ void stop_stretching(const StrainLimiter& limiter, const LimitStep& step, std::s
         const Vec3 d = x[spring.b] - x[spring.a];
         const double length = d.norm();
         const double strain = length / spring.rest_length - 1.0;
-        if (strain < limiter.limits()[s] - step.tolerance || wa + wb <= 0.0) continue;
+        const double near = limiter.limits()[s] - step.tolerance;
+        const bool is_short = limiter.limits_compression() && -strain >= near && length > 0.0;
+        if ((strain < near && !is_short) || wa + wb <= 0.0) continue;
         const double rate = d.dot(v[spring.b] - v[spring.a]) / length;
-        if (rate <= 0.0) continue;
+        if (is_short ? rate >= 0.0 : rate <= 0.0) continue;
         const Vec3 impulse = (rate / ((wa + wb) * length)) * d;
         v[spring.a] += wa * impulse;
         v[spring.b] -= wb * impulse;
@@ -153,11 +160,11 @@ void stop_stretching(const StrainLimiter& limiter, const LimitStep& step, std::s
 
 void register_velocity_limiters(StrainLimiterRegistry& registry) {
   for (const bool as_printed : {false, true})
-    detail::register_method(
-        registry, as_printed ? "velocity_as_printed" : "velocity",
-        [as_printed](std::span<const Spring> s, std::span<const double> l, std::size_t n) {
-          return make_velocity_limiter(s, l, n, as_printed);
-        });
+    detail::register_method(registry, as_printed ? "velocity_as_printed" : "velocity",
+                            [as_printed](std::span<const Spring> s, std::span<const double> l,
+                                         std::size_t n, LimitedStrain limited) {
+                              return make_velocity_limiter(s, l, n, as_printed, limited);
+                            });
 }
 
 }  // namespace selvedge

@@ -8,12 +8,13 @@
 
 namespace selvedge::detail {
 
-/// Makes a limiter that changes the ends of steps, for springs, their limits and a number of
-/// particles.
+/// Makes a limiter that changes the ends of steps, for springs, their limits, a number of
+/// particles, and the springs that it corrects.
 using MakeLimitMethod = std::function<std::unique_ptr<StrainLimitMethod>(
-    std::span<const Spring>, std::span<const double>, std::size_t)>;
+    std::span<const Spring>, std::span<const double>, std::size_t, LimitedStrain)>;
 
-/// Registers a limiter that changes the ends of steps, with the option `max_sweeps`.
+/// Registers a limiter that changes the ends of steps, with the options `max_sweeps` and
+/// `compression`.
 void register_method(StrainLimiterRegistry& registry, const std::string& name,
                      const MakeLimitMethod& make);
 /// Registers a name without a method or a force of its own.

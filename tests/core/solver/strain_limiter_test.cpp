@@ -102,6 +102,78 @@ TEST(StrainLimitMethods, LeaveASlackNetAsItIs) {
   }
 }
 
+constexpr const char* kTwoSided[] = {
+    "position", "position_as_printed", "ordered_position",  "ordered_position_velocity",
+    "velocity", "velocity_as_printed", "position_velocity", "priority_position_velocity"};
+
+/// The method with or without limits of compression.
+std::unique_ptr<StrainLimitMethod> two_sided(const char* name, std::span<const Spring> springs,
+                                             std::span<const double> limits, std::size_t particles,
+                                             bool compression = true) {
+  return strain_limiters()
+      .at(name)({{"compression", compression ? 1.0 : 0.0}}, springs, limits, particles)
+      .method;
+}
+
+TEST(LimitsOfCompression, LengthenAPairThatIsPressedTogether) {
+  const std::vector<Spring> spring{{0, 1, 1.0, 100.0}};
+  const std::vector<double> limit{0.1}, inv_mass{1.0, 0.5};
+  const Vectors x_t0{{0, 0, 0}, {1, 0, 0}};
+  for (const char* name : kTwoSided) {
+    const auto method = two_sided(name, spring, limit, 2);
+    EXPECT_EQ(method->traits().limits, LimitedStrain::stretch_and_compression) << name;
+    Vectors x{{0.1, 0.3, 0}, {0.8, 0.3, 0}};
+    const StrainReport report = method->limit_ends({x_t0, inv_mass, 0.01}, x);
+    if (method->traits().keeps_momentum) {
+      EXPECT_NEAR(x[1].x() - x[0].x(), 0.9, 1e-12) << name;
+      EXPECT_NEAR(x[0].x() + 2.0 * x[1].x(), 1.7, 1e-12) << name << ": momentum";
+      EXPECT_LE(report.residual, 1e-9) << name;
+    } else {
+      EXPECT_GE(x[1].x() - x[0].x(), 0.9 - 1e-12) << name;
+    }
+    EXPECT_EQ(x[0].y(), 0.3) << name << " moves across the spring";
+    // One that is within both limits stays.
+    Vectors slack{{0, 0, 0}, {0.91, 0, 0}};
+    const Vectors same = slack;
+    method->limit_ends({x_t0, inv_mass, 0.01}, slack);
+    EXPECT_EQ(slack, same) << name;
+    // So does a short one without the option.
+    Vectors pressed{{0, 0, 0}, {0.7, 0, 0}};
+    const Vectors short_one = pressed;
+    two_sided(name, spring, limit, 2, false)->limit_ends({x_t0, inv_mass, 0.01}, pressed);
+    EXPECT_EQ(pressed, short_one) << name;
+  }
+}
+
+TEST(LimitsOfCompression, HoldInAPressedNetWhereTheLimiterBoundsTheStrain) {
+  for (const char* name : kTwoSided) {
+    const Pulled net(11);
+    const std::vector<double> limits(net.cloth.springs.size(), Pulled::limit);
+    const auto method = two_sided(name, net.cloth.springs, limits, net.x_t0.size());
+    if (!method->traits().bounds_strain) continue;
+    Vectors x = net.cloth.surface.vertices;
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = 0.8 * x[i] + 0.1 * (net.x_t1[i] - x[i]);
+    ASSERT_GT(net.measure(x).compression_excess, 0.05);
+    method->limit_ends(net.step(), x);
+    EXPECT_LE(net.measure(x).compression_excess, 1e-3) << name;
+    EXPECT_LE(net.measure(x).excess, 1e-3) << name;
+  }
+}
+
+TEST(LimitsOfCompression, TakeTheVelocityThatGoesOnCompressing) {
+  const std::vector<Spring> spring{{0, 1, 1.0, 100.0}};
+  const std::vector<double> limit{0.1}, inv_mass{1.0, 1.0};
+  const Vectors x{{0, 0, 0}, {0.9, 0, 0}};
+  Vectors v{{1, 2, 0}, {-1, 3, 0}}, parting{{-1, 0, 0}, {1, 0, 0}};
+  const Vectors same = parting;
+  const auto method = two_sided("position_velocity", spring, limit, 2);
+  method->limit_velocities({x, inv_mass, 0.01}, x, v);
+  EXPECT_NEAR(v[1].x() - v[0].x(), 0.0, 1e-12);
+  EXPECT_EQ(v[0].y(), 2.0);
+  method->limit_velocities({x, inv_mass, 0.01}, x, parting);
+  EXPECT_EQ(parting, same);
+}
+
 TEST(VelocityLimiter, StopsStretchingButDoesNotShortenWhatIsOverItsLimitAlready) {
   const std::vector<Spring> spring{{0, 1, 1.0, 100.0}};
   const std::vector<double> limit{0.1};

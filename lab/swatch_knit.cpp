@@ -31,9 +31,9 @@ GridConfig grid_of(const KnitTrial& t) {
 double yarn_length(const KnitTrial& t, const std::vector<Vec3>& x) {
   const KnitLayout at(grid_of(t), t.knit);
   double length = 0.0;
-  for (std::int32_t j = 0; j < at.courses; ++j)
+  for (std::int32_t row = 0; row < at.rows(); ++row)
     for (std::int32_t k = 0; k + 1 < at.on_course(); ++k)
-      length += (x[at.on(0, j, k + 1)] - x[at.on(0, j, k)]).norm();
+      length += (x[at.on(0, row, k + 1)] - x[at.on(0, row, k)]).norm();
   return length;
 }
 

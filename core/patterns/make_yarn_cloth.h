@@ -61,7 +61,14 @@ struct WeaveLayout {
 /// yarns are too thick for the cells.
 ClothMesh make_weave(const GridConfig& grid, const WeaveConfig& weave, const Material& material);
 
-/// A plain weft knit (jersey) and its yarn.
+/// How the loops of a weft knit stand beside each other.
+enum class KnitStructure : std::uint8_t {
+  jersey,    ///< all to the front
+  rib,       ///< some wales to the front, as many to the back
+  interlock  ///< two 1 x 1 ribs, each in the gaps of the other
+};
+
+/// A weft knit and its yarn.
 struct KnitConfig {
   YarnConfig yarn;
   double contact = 5000.0;  ///< N/m, stiffness of an interlock against compression, > 0
@@ -71,6 +78,8 @@ struct KnitConfig {
   /// lower the bending more.
   double twist = 5.0;
   std::int32_t links = 2;  ///< of a leg between two interlocks, even, >= 2
+  KnitStructure structure = KnitStructure::jersey;
+  std::int32_t wales = 1;  ///< of a rib: in a row on each side, >= 1; 2: a 2 x 2 rib
 };
 
 /// The loop of a plain knit, in plan [Peirce1947]: two arcs of three eighths of the wale spacing
@@ -99,26 +108,33 @@ struct KnitLoop {
 /// left to right.
 struct KnitLayout {
   std::int32_t wales, courses, links;
+  /// Yarns of a course: 2 of an interlock, the second half a course above the first.
+  std::int32_t yarns;
 
   KnitLayout(const GridConfig& grid, const KnitConfig& knit)
-      : wales(grid.cells_x + 1), courses(grid.cells_y + 1), links(knit.links) {}
+      : wales(grid.cells_x + 1),
+        courses(grid.cells_y + 1),
+        links(knit.links),
+        yarns(knit.structure == KnitStructure::interlock ? 2 : 1) {}
+  std::int32_t rows() const { return courses * yarns; }  ///< of loops, from the lowest up
   /// Particle of the surface in the middle of a loop.
   std::int32_t middle(std::int32_t wale, std::int32_t course) const {
     return course * wales + wale;
   }
-  /// Particle k of a loop: 0 and on_loop() lie at the bottoms of its sinkers, on_loop()/2 on top of
-  /// its head.
-  std::int32_t on(std::int32_t wale, std::int32_t course, std::int32_t k) const {
-    return wales * courses + course * on_course() + wale * on_loop() + k;
+  /// Particle k of a loop of a row: 0 and on_loop() lie at the bottoms of its sinkers, on_loop()/2
+  /// on top of its head. The row of the first yarn of a course is course * yarns.
+  std::int32_t on(std::int32_t wale, std::int32_t row, std::int32_t k) const {
+    return wales * courses + row * on_course() + wale * on_loop() + k;
   }
   std::int32_t on_loop() const { return 8 * links; }  ///< links of a loop
   std::int32_t on_course() const { return on_loop() * wales + 1; }
 };
-/// Particles along the loops of a plain knit [Peirce1947; survey 7.1.3], with a loop at each vertex
-/// of `grid`; courses along x. The front shows the legs and has the surface, whose vertices come
-/// first, row by row as in make_rectangular; the particles of the yarn belong to no triangle. The
-/// yarn is set, so the swatch is at rest. Of `material` only damping and strain limit are taken.
-/// Throws std::invalid_argument also if the yarn is too thick for the loops.
+/// Particles along the loops of a weft knit [Peirce1947; survey 7.1.3], with a loop of each yarn at
+/// each vertex of `grid`; courses along x. The surface lies on the legs of the first yarn, at the
+/// front of wales to the front and at the back of the others; its vertices come first, row by row
+/// as in make_rectangular, and the particles of the yarn belong to no triangle. The yarn is set, so
+/// the swatch is at rest. Of `material` only damping and strain limit are taken. Throws
+/// std::invalid_argument also if the yarn is too thick for the loops.
 ClothMesh make_knit(const GridConfig& grid, const KnitConfig& knit, const Material& material);
 
 }  // namespace selvedge

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Knitted cloth at the level of its yarn: particles along the loops of a plain weft knit (jersey),
-// which the survey misses (section 7.1.3: knits are simulated with the mesh of a weave).
+// Knitted cloth at the level of its yarn: particles along the loops of a weft knit, which the
+// survey misses (section 7.1.3: knits are simulated with the mesh of a weave): jersey, rib and
+// interlock.
 //
 // The plan of a loop is that of F. Peirce, "Geometrical principles applicable to the design of
 // functional fabrics", Textile Research Journal 1947: arcs of radius R for head and sinker, joined
@@ -30,6 +31,16 @@
 // yarn between them, shared by the links of a side. The surface follows the middles of the two legs
 // and has half of the mass.
 //
+// A rib has wales to the front and to the back by turns: those to the back are mirrored at the
+// plane of the bottoms of the sinkers, so that the yarn goes on from one side to the other without
+// a step and all crossings stay one diameter wide. It is as open as on the needles; a real one
+// draws together, until its wales to the front hide the others. The interlock of the survey's
+// Figure 49 c is two 1 x 1 ribs in one another: the second yarn has a loop to the back where the
+// first has one to the front, half a course above it. The sides then stand three quarters of a
+// diameter further apart, which the sinkers cross, so that no yarns of the two ribs are nearer than
+// their diameter. Between two wales the sinkers of both ribs pass from side to side in opposite
+// directions; there they are bound like an interlock, for nothing else keeps the ribs together.
+//
 // Left out: friction, sliding beyond its spring, and contact between yarns apart from the
 // interlocks, which also resist being pulled apart.
 #include <selvedge/core/base/internal/check.h>
@@ -57,7 +68,11 @@ void validate_knit(const KnitConfig& k) {
   detail::validate_meeting(k.contact, k.rotation, k.links);
   require(std::isfinite(k.sliding) && k.sliding > 0.0, "sliding", k.sliding, "positive and finite");
   require(std::isfinite(k.twist) && k.twist > 0.0, "twist", k.twist, "positive and finite");
+  require(k.wales >= 1, "wales", k.wales, "at least 1");
 }
+
+// Distance of the two sides of an interlock beyond that of a rib, in diameters.
+constexpr double kMoreOfInterlock = 0.75;
 
 std::string millimetres(double metres) { return std::to_string(1e3 * metres) + " mm"; }
 
@@ -76,17 +91,25 @@ class Knitter {
         material_(material),
         layout_(grid, knit),
         loop_(grid.size_x / grid.cells_x, grid.size_y / grid.cells_y, knit.yarn.diameter()),
+        middle_(-loop_.height - (knit.structure == KnitStructure::interlock
+                                     ? 0.5 * kMoreOfInterlock * knit.yarn.diameter()
+                                     : 0.0)),
         cloth_(detail::surface_of_yarns(grid)) {}
 
   ClothMesh make() {
-    for (std::int32_t j = 0; j < layout_.courses; ++j) add_course(j);
-    for (std::int32_t j = 0; j + 1 < layout_.courses; ++j)
-      for (std::int32_t i = 0; i < layout_.wales; ++i) add_interlocks(i, j);
     for (std::int32_t j = 0; j < layout_.courses; ++j)
-      for (std::int32_t i = 0; i < layout_.wales; ++i) {
-        add_twist(i, j);
-        add_tie(i, j);
-      }
+      for (std::int32_t i = 0; i < layout_.wales; ++i)
+        if (is_back(i, 0)) cloth_.surface.vertices[layout_.middle(i, j)].z() = 2.0 * middle_;
+    for (std::int32_t row = 0; row < layout_.rows(); ++row) add_row(row);
+    for (std::int32_t row = 0; row + layout_.yarns < layout_.rows(); ++row)
+      for (std::int32_t i = 0; i < layout_.wales; ++i) add_interlocks(i, row);
+    for (std::int32_t row = 0; row < layout_.rows(); ++row)
+      for (std::int32_t i = 0; i < layout_.wales; ++i) add_twist(i, row);
+    for (std::int32_t j = 0; j < layout_.courses; ++j)
+      for (std::int32_t i = 0; i < layout_.wales; ++i) add_tie(i, j);
+    if (layout_.yarns > 1)
+      for (std::int32_t row = 0; row + 1 < layout_.rows(); ++row)
+        for (std::int32_t i = 1; i < layout_.wales; ++i) bind_ribs(i, row);
     return std::move(cloth_);
   }
 
@@ -103,19 +126,37 @@ class Knitter {
     return s2 + (half - 2.0 * s2) * (static_cast<double>(k) / n - 1.5);
   }
 
-  /// Particle k of a loop, m from its middle.
-  Vec3 place(std::int32_t k) const {
-    const std::int32_t top = layout_.on_loop() / 2;
-    const Vec3 half = loop_.place(along(std::abs(k - top)));
-    return {k < top ? -half.x() : half.x(), half.y(), half.z()};
+  bool is_back(std::int32_t wale, std::int32_t row) const {
+    if (knit_.structure == KnitStructure::jersey) return false;
+    const std::int32_t repeat = knit_.structure == KnitStructure::rib ? knit_.wales : 1;
+    return (wale / repeat + row % layout_.yarns) % 2 == 1;
   }
 
-  void add_course(std::int32_t j) {
+  /// How far the yarn of a loop to the front has gone towards the plane between both sides, m, when
+  /// it has passed its last crossing: smoothly, and all of the way at the bottom of the sinker.
+  double towards_middle(double along) const {
+    const double half = 0.5 * loop_.length();
+    const double t = std::max(0.0, (along - half) / loop_.head_crossing + 1.0);
+    return (middle_ + loop_.height) * t * t * (3.0 - 2.0 * t);
+  }
+
+  /// Particle k of a loop, m from its middle.
+  Vec3 place(std::int32_t k, bool back) const {
+    const std::int32_t top = layout_.on_loop() / 2;
+    const double s = along(std::abs(k - top));
+    const Vec3 half = loop_.place(s);
+    const double z = half.z() + towards_middle(s);
+    return {k < top ? -half.x() : half.x(), half.y(), back ? 2.0 * middle_ - z : z};
+  }
+
+  void add_row(std::int32_t row) {
+    const double course = row / layout_.yarns + 0.5 * (row % layout_.yarns);
     const auto first = static_cast<std::int32_t>(cloth_.surface.vertices.size());
     const std::int32_t count = layout_.on_course(), loop = layout_.on_loop();
     for (std::int32_t k = 0; k < count; ++k) {
       const std::int32_t i = std::min(k / loop, layout_.wales - 1);
-      cloth_.surface.vertices.push_back(detail::place_on(grid_, i, j) + place(k - i * loop));
+      cloth_.surface.vertices.push_back(detail::place_on(grid_, i, course) +
+                                        place(k - i * loop, is_back(i, row)));
       cloth_.mass.push_back(0.0);
     }
     detail::add_yarn_springs(cloth_, first, count, knit_.yarn, material_);
@@ -128,13 +169,13 @@ class Knitter {
     return detail::angle_between(x[k] - x[k - 1], x[k + 1] - x[k]);
   }
 
-  /// The head and the legs of a loop with the loop above it.
-  void add_interlocks(std::int32_t i, std::int32_t j) {
+  /// The head and the legs of a loop with the loop of its yarn above it.
+  void add_interlocks(std::int32_t i, std::int32_t row) {
     const detail::CrossingStiffness stiffness{knit_.contact, knit_.sliding, knit_.rotation};
     const std::int32_t n = layout_.links, loop = layout_.on_loop(), top = loop / 2;
     const auto cross = [&](std::int32_t below, std::int32_t above) {
-      detail::add_yarn_crossing(cloth_, layout_.on(i, j, below), layout_.on(i, j + 1, above),
-                                stiffness, material_);
+      detail::add_yarn_crossing(cloth_, layout_.on(i, row, below),
+                                layout_.on(i, row + layout_.yarns, above), stiffness, material_);
     };
     for (const std::int32_t side : {-1, 1}) {
       const std::int32_t sinker = side < 0 ? 0 : loop;
@@ -143,42 +184,50 @@ class Knitter {
     }
   }
 
+  /// The sinkers of both ribs before this wale, of one row and the next.
+  void bind_ribs(std::int32_t i, std::int32_t row) {
+    detail::add_yarn_crossing(cloth_, layout_.on(i, row, 0), layout_.on(i, row + 1, 0),
+                              {knit_.contact, knit_.sliding, knit_.rotation}, material_);
+  }
+
   /// The interlock nearest to link t of a half, counted from the head, or the one beside it if the
   /// link ends there: its particle on the half, and that of the other yarn.
-  Edge interlock_of(std::int32_t i, std::int32_t j, std::int32_t side, std::int32_t t) const {
+  Edge interlock_of(std::int32_t i, std::int32_t row, std::int32_t side, std::int32_t t) const {
     const std::int32_t n = layout_.links, loop = layout_.on_loop(), top = loop / 2;
     std::int32_t which = t / n;
-    if (j + 1 == layout_.courses) which = std::max(which, 2);
-    if (j == 0) which = std::min(which, 1);
+    if (row + layout_.yarns >= layout_.rows()) which = std::max(which, 2);
+    if (row < layout_.yarns) which = std::min(which, 1);
     if (const std::int32_t k = n / 2 + which * n; t + 1 == k || t == k) which ^= 1;
     const std::int32_t k = n / 2 + which * n, other = 2 * n - k % (2 * n);
     const std::int32_t from = which < 2 ? (side < 0 ? 0 : loop) : top;
-    return {k, layout_.on(i, which < 2 ? j + 1 : j - 1,
+    return {k, layout_.on(i, which < 2 ? row + layout_.yarns : row - layout_.yarns,
                           which < 2 ? from - side * other : from + side * other)};
   }
 
   /// Keeps the links of a loop at their angles to the nearest interlock.
-  void add_twist(std::int32_t i, std::int32_t j) {
+  void add_twist(std::int32_t i, std::int32_t row) {
     const std::int32_t n = layout_.links, top = layout_.on_loop() / 2;
     for (const std::int32_t side : {-1, 1})
       for (std::int32_t t = 0; t < 4 * n; ++t) {
-        const auto [k, other] = interlock_of(i, j, side, t);
+        const auto [k, other] = interlock_of(i, row, side, t);
         const double reach = std::abs(along(t < k ? t : t + 1) - along(k));
         detail::add_yarn_angle(
             cloth_,
-            {layout_.on(i, j, top + side * t), layout_.on(i, j, top + side * (t + 1)),
-             layout_.on(i, j, top + side * k), other},
+            {layout_.on(i, row, top + side * t), layout_.on(i, row, top + side * (t + 1)),
+             layout_.on(i, row, top + side * k), other},
             2.0 * knit_.twist * knit_.yarn.bending() / (n * reach), material_);
       }
   }
 
   void add_tie(std::int32_t i, std::int32_t j) {
     const std::int32_t middle = layout_.middle(i, j), loop = layout_.on_loop();
-    const std::int32_t left = layout_.on(i, j, loop / 4), right = layout_.on(i, j, 3 * loop / 4);
+    const std::int32_t row = j * layout_.yarns;
+    const std::int32_t left = layout_.on(i, row, loop / 4),
+                       right = layout_.on(i, row, 3 * loop / 4);
     detail::add_yarn_tie(cloth_, middle, left, right, 0.5, knit_.contact, material_);
     // The bottom of a sinker belongs to two loops, and to one at the end of the course.
     for (std::int32_t k = 0; k <= loop; ++k) {
-      double& mass = cloth_.mass[layout_.on(i, j, k)];
+      double& mass = cloth_.mass[layout_.on(i, row, k)];
       const bool is_taken = k == 0 && i > 0, is_shared = k == loop && i + 1 < layout_.wales;
       if (is_taken) continue;
       cloth_.mass[middle] += (is_shared ? 0.25 : 0.5) * mass;
@@ -192,6 +241,7 @@ class Knitter {
   const Material& material_;
   KnitLayout layout_;
   KnitLoop loop_;
+  double middle_;  // m, height of the plane between front and back
   ClothMesh cloth_;
 };
 
@@ -252,18 +302,18 @@ ClothMesh make_knit(const GridConfig& grid, const KnitConfig& knit, const Materi
 
 namespace {
 
-KnitConfig knit_of(const MethodOptions& o) {
+KnitConfig knit_of(const MethodOptions& o, KnitStructure structure) {
   return {.yarn = detail::yarn_of(o, "tex"),
           .contact = o["contact"],
           .sliding = o["sliding"],
           .rotation = o["rotation"],
           .twist = o["twist"],
-          .links = o.whole("links")};
+          .links = o.whole("links"),
+          .structure = structure,
+          .wales = structure == KnitStructure::rib ? o.whole("wales") : 1};
 }
 
-}  // namespace
-
-void register_knit(ClothPatternRegistry& registry) {
+std::vector<MethodOption> options_of(KnitStructure structure) {
   using detail::positive_option;
   const KnitConfig k{};
   std::vector<MethodOption> options = detail::yarn_options(k.yarn);
@@ -283,16 +333,29 @@ void register_knit(ClothPatternRegistry& registry) {
        detail::whole_option(
            "links", k.links, 2.0,
            "links of a leg between two interlocks, even; more bend more exactly")});
-  registry.add(
-      "knit", std::move(options),
-      [](const MethodOptions& o, const GridConfig& grid, const Material& material) {
-        detail::refuse_laws_of_a_sheet("knit", material);
-        return make_knit(grid, knit_of(o), material);
-      },
-      {.promise =
-           "loops of a plain knit that bend, stretch and interlock; mass from the tex of the "
-           "yarn",
-       .source = "Peirce, 1947; Leaf, Glaskin, 1955"});
+  if (structure == KnitStructure::rib)
+    options.push_back(detail::whole_option("wales", k.wales, 1.0,
+                                           "wales in a row on each side; 2 is a 2 x 2 rib"));
+  return options;
+}
+
+}  // namespace
+
+void register_knit(ClothPatternRegistry& registry) {
+  const auto add = [&](const char* name, KnitStructure structure, const char* promise) {
+    registry.add(name, options_of(structure),
+                 [=](const MethodOptions& o, const GridConfig& grid, const Material& material) {
+                   detail::refuse_laws_of_a_sheet(name, material);
+                   return make_knit(grid, knit_of(o, structure), material);
+                 },
+                 {.promise = promise, .source = "Peirce, 1947; Leaf, Glaskin, 1955"});
+  };
+  add("knit", KnitStructure::jersey,
+      "loops of a plain knit that bend, stretch and interlock; mass from the tex of the yarn");
+  add("rib", KnitStructure::rib,
+      "loops of a rib, to the front and to the back by turns; mass from the tex of the yarn");
+  add("interlock", KnitStructure::interlock,
+      "loops of two ribs in one another, the same on both sides; mass from the tex of the yarn");
 }
 
 }  // namespace selvedge

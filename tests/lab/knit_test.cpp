@@ -14,6 +14,7 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace selvedge::knit_test {
@@ -145,6 +146,157 @@ TEST(Knit, IsAPatternOfScenesThatTakesNoLawOfASheet) {
   Material sheet;
   sheet.bending_law = "hinge";
   EXPECT_THROW(pattern(kSwatch, sheet), std::invalid_argument);
+}
+
+// -- rib and interlock
+// ------------------------------------------------------------------------------
+
+KnitConfig structure_of(KnitStructure structure, std::int32_t links) {
+  return {.yarn = {}, .links = links, .structure = structure};
+}
+
+Vec3 at_middle(const std::vector<Vec3>& x, const KnitLayout& at, std::int32_t row) {
+  return 0.5 * (x[at.on(0, row, at.on_loop() / 4)] + x[at.on(0, row, 3 * at.on_loop() / 4)]);
+}
+
+/// The plane between both sides lies at half of the height of the surface's other wale.
+double middle_of(const ClothMesh& cloth) { return 0.5 * cloth.surface.vertices[1].z(); }
+
+// Half a turn about a wale's direction shows the same side again, which jersey does not.
+TEST(KnitStructures, AreTheSameFromBothSides) {
+  for (const KnitStructure structure : {KnitStructure::rib, KnitStructure::interlock}) {
+    const KnitConfig knit = structure_of(structure, 4);
+    const ClothMesh cloth = make_knit(kSwatch, knit, Material{});
+    const KnitLayout at(kSwatch, knit);
+    const std::vector<Vec3>& x = cloth.surface.vertices;
+    const double middle = middle_of(cloth);
+    ASSERT_LT(middle, -knit.yarn.diameter());
+    for (std::int32_t row = 0; row < at.rows(); ++row)
+      for (std::int32_t k = 0; k < at.on_course(); ++k) {
+        const Vec3 a = x[at.on(0, row, k)], b = x[at.on(0, row, at.on_course() - 1 - k)];
+        EXPECT_LT((Vec3(-b.x(), b.y(), 2.0 * middle - b.z()) - a).norm(), 1e-12);
+      }
+  }
+}
+
+TEST(KnitStructures, HoldEachLoopOnItsOwnSideAsJerseyDoes) {
+  for (const KnitStructure structure : {KnitStructure::rib, KnitStructure::interlock}) {
+    const KnitConfig knit = structure_of(structure, 2);
+    const ClothMesh cloth = make_knit(kSwatch, knit, Material{});
+    const KnitLayout at(kSwatch, knit);
+    const std::vector<Vec3>& x = cloth.surface.vertices;
+    const double d = knit.yarn.diameter(), middle = middle_of(cloth);
+    std::size_t held = 0, between_ribs = 0;
+    for (const Spring& s : cloth.springs) {
+      if (s.b == s.a + 1) continue;  // a link
+      const auto row = [&](std::int32_t k) { return (k - at.on(0, 0, 0)) / at.on_course(); };
+      if (row(s.b) != row(s.a) + at.yarns) {
+        ++between_ribs;
+        EXPECT_NEAR(x[s.a].z(), middle, 1e-12);
+        continue;
+      }
+      ++held;
+      EXPECT_NEAR((x[s.a] - x[s.b]).head<2>().norm(), 0.0, 1e-12);
+      EXPECT_NEAR(std::abs(x[s.a].z() - x[s.b].z()), d, 1e-12);
+      // Of the two yarns, the leg is further from the middle; a head is that of the lower row.
+      const bool is_back = x[s.a].z() + x[s.b].z() < 2.0 * middle;
+      const bool is_head = x[s.a].y() > at_middle(x, at, row(s.a)).y() + 0.5 / 1500.0;
+      EXPECT_EQ(is_head, (x[s.a].z() < x[s.b].z()) != is_back);
+    }
+    EXPECT_EQ(held, static_cast<std::size_t>(4 * at.wales * (at.rows() - at.yarns)));
+    EXPECT_EQ(between_ribs, structure == KnitStructure::rib
+                                ? 0u
+                                : static_cast<std::size_t>((at.wales - 1) * (at.rows() - 1)));
+  }
+}
+
+// No yarn of a rib or an interlock passes through another one.
+TEST(KnitStructures, KeepTheirYarnsApart) {
+  for (const KnitStructure structure : {KnitStructure::rib, KnitStructure::interlock}) {
+    const KnitConfig knit = structure_of(structure, 8);
+    const ClothMesh cloth = make_knit(kSwatch, knit, Material{});
+    const KnitLayout at(kSwatch, knit);
+    const std::vector<Vec3>& x = cloth.surface.vertices;
+    const std::int32_t row = 4 * at.yarns;
+    double nearest = 1.0;
+    for (std::int32_t a = at.on(4, row, 0); a <= at.on(6, row, 0); ++a)
+      for (std::int32_t b = at.on(0, row + 1, 0); b < static_cast<std::int32_t>(x.size()); ++b)
+        nearest = std::min(nearest, (x[a] - x[b]).norm());
+    EXPECT_GT(nearest, 0.92 * knit.yarn.diameter());
+  }
+}
+
+TEST(KnitStructures, AreAtRestAndTwiceAsThickAsJersey) {
+  const auto thickness = [](const ClothMesh& cloth) {
+    double low = 0.0, high = 0.0;
+    for (const Vec3& x : cloth.surface.vertices) {
+      low = std::min(low, x.z());
+      high = std::max(high, x.z());
+    }
+    return high - low;
+  };
+  const double jersey = thickness(make_knit(kSwatch, knit_of(4), Material{}));
+  for (const auto& [structure, times] :
+       {std::pair{KnitStructure::rib, 2.0}, {KnitStructure::interlock, 2.6}}) {
+    const ClothMesh cloth = make_knit(kSwatch, structure_of(structure, 4), Material{});
+    EXPECT_NEAR(thickness(cloth) / jersey, times, 0.1);
+    const std::vector<Vec3> still(cloth.mass.size(), Vec3::Zero());
+    std::vector<Vec3> f(cloth.mass.size());
+    ForceSum forces(make_internal_forces(cloth), cloth.mass.size());
+    forces.evaluate({cloth.surface.vertices, still, cloth.mass, 0.0}, f);
+    for (const Vec3& force : f) EXPECT_LT(force.norm(), 1e-8);
+  }
+}
+
+TEST(KnitStructures, HaveTheYarnsOfTheirLoops) {
+  const auto mass = [](const KnitConfig& knit) {
+    const ClothMesh cloth = make_knit(kSwatch, knit, Material{});
+    return std::accumulate(cloth.mass.begin(), cloth.mass.end(), 0.0);
+  };
+  const double jersey = mass(knit_of(8));
+  EXPECT_NEAR(mass(structure_of(KnitStructure::rib, 8)) / jersey, 1.0, 1e-9);
+  EXPECT_NEAR(mass(structure_of(KnitStructure::interlock, 8)) / jersey, 2.0, 0.05);
+}
+
+/// Moment per width and strain, N/m·m, that a swatch stretched along its courses exerts: the change
+/// of its energy when it is bent about the direction of its wales, to one side and to the other.
+double moment_of_stretched(const KnitConfig& knit) {
+  const ClothMesh cloth = make_knit(kSwatch, knit, Material{});
+  const ForceSum forces(make_internal_forces(cloth), cloth.mass.size());
+  constexpr double strain = 0.02, bend = 1.0;  // 1/m
+  const double middle = knit.structure == KnitStructure::jersey ? 0.0 : middle_of(cloth);
+  const std::vector<Vec3> still(cloth.mass.size(), Vec3::Zero());
+  const auto energy = [&](double curvature) {
+    std::vector<Vec3> x = cloth.surface.vertices;
+    for (Vec3& p : x) {
+      const double angle = curvature * (1.0 + strain) * p.x(), z = p.z() - middle;
+      p.x() = std::sin(angle) / curvature + z * std::sin(angle);
+      p.z() = (std::cos(angle) - 1.0) / curvature + z * std::cos(angle);
+    }
+    return forces.energy({x, still, cloth.mass, 0.0});
+  };
+  return (energy(bend) - energy(-bend)) / (2.0 * bend * strain * kSwatch.size_x * kSwatch.size_y);
+}
+
+// The loops of jersey lie to one side of their yarns, so that its edges roll; those of a rib
+// balance each other.
+TEST(KnitStructures, DoNotRollWhereJerseyDoes) {
+  const double jersey = std::abs(moment_of_stretched(knit_of(4)));
+  EXPECT_GT(jersey, 0.0);
+  for (const KnitStructure structure : {KnitStructure::rib, KnitStructure::interlock})
+    EXPECT_LT(std::abs(moment_of_stretched(structure_of(structure, 4))), 1e-6 * jersey);
+}
+
+TEST(KnitStructures, OfTwoWalesHaveTwoWalesOnEachSide) {
+  KnitConfig knit = structure_of(KnitStructure::rib, 2);
+  knit.wales = 2;
+  const ClothMesh cloth = make_knit(kSwatch, knit, Material{});
+  for (std::int32_t i = 0; i <= kSwatch.cells_x; ++i)
+    EXPECT_EQ(cloth.surface.vertices[i].z() < 0.0, i / 2 % 2 == 1) << i;
+  knit.wales = 0;
+  EXPECT_THROW(make_knit(kSwatch, knit, Material{}), std::invalid_argument);
+  const ClothMesh same = cloth_patterns().at("rib")({{"wales", 2.0}}, kSwatch, Material{});
+  EXPECT_EQ(same.surface.vertices, cloth.surface.vertices);
 }
 
 // -- tension --------------------------------------------------------------------------------------

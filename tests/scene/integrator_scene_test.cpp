@@ -214,6 +214,59 @@ TEST(IntegratorScene, Bdf2KeepsItsOrderWhereAnotherPieceIsInContact) {
   }
 }
 
+/// A sheet of threads, held at its upper edge, that its weight stretches down a smooth slope.
+/// Contacts carry it all the time if `lies` is true; otherwise there is no slope, and only the part
+/// of gravity along it, so that the motion along the slope is the same.
+std::vector<double> stretched(const std::string& integrator, int steps, bool lies) {
+  constexpr int kCells = 4, kRow = kCells + 1, kFrames = 8;
+  Scene scene = one_swings(integrator, steps, false);
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.3, Vec3::UnitY()));
+  const Vec3 along = tilt * Vec3::UnitX();
+  ClothSpec& sheet = scene.cloths[0];
+  sheet.placement.rotation = tilt;
+  sheet.placement.translation = tilt * Vec3(0.0, 0.0, 0.012);
+  scene.handles[0].vertices.clear();
+  for (int j = 0; j < kRow; ++j) scene.handles[0].vertices.push_back(kRow * j);
+  if (lies) {
+    BodySpec slope;
+    slope.name = "slope";
+    slope.shape = BodyShape{Box{Vec3(2.0, 1.0, 0.02)}, 4};
+    slope.placement.rotation = tilt;
+    slope.friction = 0.0;
+    scene.bodies.push_back(slope);
+  } else {
+    scene.gravity = scene.gravity.dot(along) * along;
+  }
+  Simulation simulation = simulate(scene);
+  for (int frame = 1; frame <= kFrames; ++frame) simulation.advance_to_frame(frame, {});
+  const RunResult result = simulation.result();
+  EXPECT_EQ(result.steps, kFrames * steps) << integrator;
+  if (integrator == "bdf2") {
+    const auto substituted = result.counters.at("substituted_bdf2_by_implicit_euler");
+    EXPECT_EQ(substituted, lies ? result.steps : 1.0);
+  }
+  std::vector<double> places;
+  for (const Vec3& x : simulation.state().x) places.push_back(x.dot(along));
+  return places;
+}
+
+double distance(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum);
+}
+
+TEST(IntegratorScene, Bdf2IsOfFirstOrderInContactAndOfSecondWithoutIt) {
+  const std::vector<double> exact = stretched("runge_kutta_4", 96, false);
+  const auto error = [&](const char* integrator, int steps, bool lies) {
+    return distance(stretched(integrator, steps, lies), exact);
+  };
+  EXPECT_NEAR(std::log2(error("bdf2", 16, false) / error("bdf2", 32, false)), 2.0, 0.15);
+  const double fine = error("bdf2", 32, true);
+  EXPECT_NEAR(std::log2(error("bdf2", 16, true) / fine), 1.0, 0.1);
+  EXPECT_NEAR(fine / error("implicit_euler", 32, true), 1.0, 1e-3) << "it is implicit Euler there";
+}
+
 TEST(IntegratorScene, OnlyAPieceInContactTakesImplicitEuler) {
   const Swung together = swing("bdf2", 16, true), alone = swing("bdf2", 16, false);
   EXPECT_LT(distance(together.swing, alone.swing), 1e-8);

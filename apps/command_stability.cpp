@@ -219,7 +219,8 @@ OptionGroups add_options(const Command& command, StabilityOptions& o) {
       "kept: the step that a run would use, by Gershgorin's bound; predicted: by the\n"
       "largest eigenvalue; measured: by bisection.\n"
       "A scene of a folder ends as correct (finished, no crossing in any frame or on any\n"
-      "path, within its limits), refused with a reason, degraded with a flag, or FAILED.\n"
+      "path, within its limits), refused with a reason, degraded with a flag, FAILED, or\n"
+      "unfinished: clean until its time ran out.\n"
       "Exit code: 0 every bound holds and no scene FAILED, 1 otherwise, 2 bad input.");
   return {of_scene, of_folder};
 }

@@ -61,7 +61,7 @@ SettleConfig config_of(const CaseOptions& o, const TriedMethod& method) {
           .method = method,
           .out = o.out.empty() ? "" : o.out / (method.name.empty() ? "default" : method.name),
           .threads = o.threads,
-          .wall_limit = o.limit};
+          .limit = o.limit};
 }
 
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
@@ -141,7 +141,7 @@ void add_case_options(const Command& group, CaseOptions& options) {
                "Folder for frames, which `selvedge render` draws and `selvedge view` shows");
   group
       .option("--limit", options.limit,
-              "Wall seconds after which a scene counts as failed (default 120)")
+              "Seconds of the processor after which a scene ends as unfinished (default 120)")
       .positive();
 }
 
@@ -164,7 +164,8 @@ int run_cases(const CaseOptions& options) {
   if (options.json)
     print_document(json{{"results", results}});
   else
-    print_escaped("\n{} correct, {} degraded, {} refused, {} FAILED\n", count[Answer::correct],
-                  count[Answer::degraded], count[Answer::refused], count[Answer::failed]);
+    print_escaped("\n{} correct, {} degraded, {} refused, {} unfinished, {} FAILED\n",
+                  count[Answer::correct], count[Answer::degraded], count[Answer::refused],
+                  count[Answer::unfinished], count[Answer::failed]);
   return count[Answer::failed] > 0 ? 1 : 0;
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/compare/detail/trial.h>
-#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/simulation_state.h>
 
@@ -8,8 +7,11 @@
 #include <selvedge/judge/judge.h>
 #include <selvedge/run/result_folder.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
@@ -76,8 +78,10 @@ class Watch {
     most_energy_ = std::max(most_energy_, energy_of(run_, state.x, state.v));
     least_height_ = std::min(least_height_, height_energy(run_, state.x));
     if (config_.judge_paths) judge_step();
-    if (watch_.seconds() > config_.wall_limit)
-      throw TooLong("not done after " + std::to_string(config_.wall_limit) + " s");
+    const double seconds = static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC;
+    if (seconds > config_.limit)
+      throw TooLong(fmt::format("{:.3g} of {:.3g} s after {:g} s of the processor", state.time,
+                                run_.scene.time.frames / run_.scene.time.fps, config_.limit));
   }
 
   void frame() {
@@ -135,7 +139,7 @@ class Watch {
   std::vector<Triangle> triangles_, body_triangles_;
   TriangleMesh last_, last_body_;
   double start_energy_ = 0.0, most_energy_ = 0.0, least_height_ = 0.0;
-  Stopwatch watch_;
+  std::clock_t begin_ = std::clock();
 };
 
 void simulate(JudgedRun& run, const JudgedRunConfig& config, const Methods& methods) {
@@ -151,8 +155,9 @@ void simulate(JudgedRun& run, const JudgedRunConfig& config, const Methods& meth
       simulation.advance_to_frame(frame, [&](double) { watch.step(); });
       watch.frame();
     }
-  } catch (const TooLong&) {
-    throw;
+  } catch (const TooLong& late) {
+    run.in_time = false;
+    run.stopped = late.what();
   } catch (const std::runtime_error& error) {
     run.stopped = error.what();
   }
@@ -195,9 +200,6 @@ JudgedRun run_judged(const Scene& scene, const JudgedRunConfig& config, const Me
     simulate(run, config, methods);
   } catch (const std::invalid_argument& error) {
     run.refused = error.what();
-  } catch (const TooLong& error) {
-    run.finite = false;
-    run.stopped = error.what();
   }
   return run;
 }

@@ -22,7 +22,9 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kMostText = std::size_t{1} << 20;  // bytes of a result
-constexpr Answer kAnswers[] = {Answer::correct, Answer::refused, Answer::degraded, Answer::failed};
+constexpr Answer kAnswers[] = {Answer::correct, Answer::refused, Answer::degraded, Answer::failed,
+                               Answer::unfinished};
+constexpr double kHangs = 30.0;  // times the limit of processor time, by the clock
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -64,7 +66,9 @@ CaseResult run_here(const std::string& name, const SettleConfig& config, const M
   std::optional<ThreadLimit> limit;
   if (config.threads > 0) limit.emplace(config.threads);
   try {
-    Trial trial({.data = config.folder, .method = config.method, .out = config.out}, methods);
+    Trial trial(
+        {.data = config.folder, .method = config.method, .out = config.out, .limit = config.limit},
+        methods);
     return trial.settle(name);
   } catch (const std::exception& error) {
     return {Answer::failed, error.what(), {}};
@@ -81,13 +85,13 @@ SettledScene run_apart(const std::string& name, const SettleConfig& config,
     return 0;
   });
   std::string text;
-  const bool in_time = pipe.read_all(config.wall_limit, kMostText, text) != Pipe::ReadEnd::late;
+  const bool in_time = pipe.read_all(kHangs * config.limit, kMostText, text) != Pipe::ReadEnd::late;
   const ProcessEnd end = in_time ? child.wait() : child.kill();
   SettledScene result;
   result.name = name;
   result.method = config.method.name;
   if (!in_time) {
-    result.note = fmt::format("not done after {:g} s", config.wall_limit);
+    result.note = fmt::format("hangs: not done after {:g} s", kHangs * config.limit);
   } else if (const auto sent = read_case_result(text)) {
     result.answer = sent->answer;
     result.note = sent->note;

@@ -17,6 +17,8 @@ const char* to_string(Answer answer) {
       return "refused";
     case Answer::degraded:
       return "degraded";
+    case Answer::unfinished:
+      return "unfinished";
     case Answer::failed:
       break;
   }
@@ -38,6 +40,7 @@ JudgedRunConfig Trial::run_config(const std::string& name,
   JudgedRunConfig config;
   config.overrides = overrides;
   config.method = config_.method;
+  config.limit = config_.limit;
   if (!config_.out.empty()) config.out = config_.out / name;
   return config;
 }
@@ -82,6 +85,7 @@ CaseResult Trial::settle(const JudgedRun& run, bool right, const std::string& nu
   if (crossings > 0)
     return answer(Answer::degraded,
                   fmt::format("reported as not clean: {}", counted(crossings, "crossing")));
+  if (!run.in_time) return answer(Answer::unfinished, run.stopped);
   if (!run.stopped.empty()) return answer(Answer::refused, run.stopped);
   if (!right) return answer(Answer::failed, number);
   std::string flags;

@@ -299,17 +299,15 @@ exit "$status"
 
 # tables.sh extreme [--responses | --integrators | --limiters] [OPTION OF selvedge stability]...: runs the scenes of
 # data/extreme and writes how each ends, without the answers that the tests know, to docs/lab/tables/extreme_cases.csv.
-# With one of the families it runs every scene with several methods of it and writes the scenes on which they differ, one
-# column for each, to docs/lab/tables/extreme_responses.csv, extreme_integrators.csv or extreme_limiters.csv. SELVEDGE
+# With one of the families it runs every scene with each method of it and writes the counts of the answers and the scenes
+# whose answers differ, one column for each method, to docs/lab/tables/extreme_responses.csv, extreme_integrators.csv or extreme_limiters.csv. SELVEDGE
 # names the program (default: build/release/apps/selvedge). The table includes failed scenes; the script then exits with 1.
 table_extreme() (
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 program=${SELVEDGE:-build/release/apps/selvedge}
 family= methods=
 case ${1:-} in
-  --responses) family=${1#--} methods=contact_force,impulse,penalty,position_velocity ;;
-  --integrators) family=${1#--} methods=implicit_euler,bdf2,implicit_newton,imex,symplectic_euler,verlet ;;
-  --limiters) family=${1#--} methods=none,position,velocity,han,bayraktar ;;
+  --responses | --integrators | --limiters) family=${1#--} methods=all ;;
 esac
 if [ -n "$family" ]; then shift; fi
 printed=$(mktemp)
@@ -328,20 +326,30 @@ if [ -z "$family" ]; then
       for (i = 1; i <= NF; ++i) printf "%s%s", quote($i), i < NF ? "," : "\n"
     }' "$printed" >docs/lab/tables/extreme_cases.csv
 else
-  awk -F ' [|] ' -v names="$methods" "$quote"'
-    BEGIN { print "case," names; count = split(names, method, ",") }
+  awk -F ' [|] ' "$quote"'
     /^[|] `/ {
       sub(/^[|] /, "")
       if (!($1 in known)) { known[$1]; cases[++rows] = $1 }
-      answer[$1, $2] = $3 ($4 == "" ? "" : ": " $4)
+      if (!($2 in tried)) { tried[$2]; method[++count] = $2 }
+      answer[$1, $2] = $3
+      note[$1, $2] = $3 ($3 == "correct" || $4 == "" ? "" : ": " $4)
+      ++ends[$2, $3]
     }
     END {
+      printf "case"
+      for (k = 1; k <= count; ++k) printf ",%s", method[k]
+      split("correct degraded refused unfinished FAILED", kind, " ")
+      for (e = 1; e in kind; ++e) {
+        printf "\nall: %s", kind[e]
+        for (k = 1; k <= count; ++k) printf ",%d", ends[method[k], kind[e]]
+      }
+      print ""
       for (r = 1; r <= rows; ++r) {
         differs = 0
         for (k = 2; k <= count; ++k) differs += answer[cases[r], method[k]] != answer[cases[r], method[1]]
         if (!differs) continue
         printf "%s", quote(cases[r])
-        for (k = 1; k <= count; ++k) printf ",%s", quote(answer[cases[r], method[k]])
+        for (k = 1; k <= count; ++k) printf ",%s", quote(note[cases[r], method[k]])
         print ""
       }
     }' "$printed" >"docs/lab/tables/extreme_$family.csv"

@@ -22,6 +22,7 @@ struct JudgedRun {
   Scene scene;
   std::string refused;                ///< why the run did not start; "" if it did
   std::string stopped;                ///< why the run stopped; "" if it finished
+  bool in_time = true;                ///< false: the limit of processor time stopped it
   std::vector<std::string> warnings;  ///< of the meshes
   RunResult result;
   ClothMesh cloth;  ///< at the start
@@ -48,7 +49,7 @@ struct JudgedRunConfig {
   TriedMethod method;
   bool judge_paths = true;
   std::filesystem::path out;  ///< folder of the frames for pictures; "": none
-  double wall_limit = 600.0;  ///< s; the run stops after this time and reports it
+  double limit = 600.0;       ///< s of processor time; the run stops after it and reports it
 };
 
 /// Reads a scene file and runs it. Errors of a scene never throw.
@@ -71,6 +72,7 @@ struct TrialConfig {
   std::filesystem::path data;  ///< the folder of the scenes
   TriedMethod method;
   std::filesystem::path out;  ///< each run writes its frames into a subfolder; "": no output
+  double limit = JudgedRunConfig{}.limit;  ///< s of processor time of each run
 };
 
 /// Runs scenes, collects their measures and settles how they end.

@@ -100,12 +100,13 @@ std::string draw_maps(const std::vector<StabilityMap>& maps);
 
 /// How a scene ends.
 enum class Answer {
-  correct,   ///< finished, without a crossing, and within its limits
-  refused,   ///< the scene is rejected, or the run stopped; the note gives the reason
-  degraded,  ///< the run finished and reports the limits that it could not keep
-  failed     ///< a NaN, a crash, a hang, or a crossing that the run does not report
+  correct,    ///< finished, without a crossing, and within its limits
+  refused,    ///< the scene is rejected, or the run stopped; the note gives the reason
+  degraded,   ///< the run finished and reports the limits that it could not keep
+  failed,     ///< a NaN, a crash, a hang, or a crossing that the run does not report
+  unfinished  ///< clean as far as the limit of processor time allowed
 };
-/// "correct", "refused", "degraded", "FAILED".
+/// "correct", "refused", "degraded", "FAILED", "unfinished".
 const char* to_string(Answer answer);
 
 /// The worst numbers of a scene.
@@ -141,7 +142,9 @@ struct SettleConfig {
   TriedMethod method{};
   std::filesystem::path out{};  ///< each run writes its frames into a subfolder; "": no output
   int threads = 0;              ///< 0: no limit
-  double wall_limit = 120.0;    ///< s; a scene that takes longer has failed
+  /// s of processor time after which a scene ends unfinished. One that takes thirty times as long
+  /// by the clock hangs, and has failed.
+  double limit = 120.0;
 };
 
 /// The scenes of a folder by name: its files *.json but *.schema.json, whose names begin with one

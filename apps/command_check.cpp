@@ -236,7 +236,7 @@ void add_check_options(const Command& command) {
       "inside the body or a collision; 2 bad input.");
   command.action([o] {
     check_options(o->list);
-      const bool faulty = is_folder(o->list.meshes.front()) ? check_folder(*o) : check_list(*o);
+    const bool faulty = is_folder(o->list.meshes.front()) ? check_folder(*o) : check_list(*o);
     return faulty ? 1 : 0;
   });
 }

@@ -191,8 +191,9 @@ class Run {
 
   /// Copies the frame and the result so far. A task writes them while the next steps are computed,
   /// one frame after the other and a checkpoint after its frame, so that at any moment the
-  /// checkpoint names a frame that is whole. File systems write a replaced file to the disk at once,
-  /// which takes longer than a frame of a small cloth, so frames in quick succession share one.
+  /// checkpoint names a frame that is whole. File systems write a replaced file to the disk at
+  /// once, which takes longer than a frame of a small cloth, so frames in quick succession share
+  /// one.
   void write_frame() {
     settle_frame();
     const Stopwatch watch;

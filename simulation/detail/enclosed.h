@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/simulation/detail/joint_surface.h>
+#include <selvedge/detection/internal/joint_surface.h>
 
 #include <cstdint>
 #include <optional>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/core/base/collision_types.h>
-#include <selvedge/simulation/detail/joint_surface.h>
+#include <selvedge/detection/internal/joint_surface.h>
 #include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>

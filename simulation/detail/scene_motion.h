@@ -2,8 +2,8 @@
 #pragma once
 
 #include <selvedge/core/base/collision_types.h>
+#include <selvedge/detection/internal/joint_surface.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/joint_surface.h>
 
 #include <span>
 #include <vector>

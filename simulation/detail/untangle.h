@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/core/solver/integrator.h>
-#include <selvedge/simulation/detail/contours.h>
+#include <selvedge/detection/internal/contours.h>
 #include <selvedge/simulation/detail/excluded_pairs.h>
 #include <selvedge/simulation/simulation_state.h>
 

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/detection/find.h>
+#include <selvedge/detection/internal/contours.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/contours.h>
 #include <selvedge/simulation/detail/vertex_flags.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/joint_surface.h>
+#include <selvedge/detection/internal/joint_surface.h>
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/internal/elementary.h>
-#include <selvedge/simulation/detail/contours.h>
+#include <selvedge/detection/internal/contours.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -64,27 +64,28 @@ def hung():
 
 
 def refined():
-    first, last = read(frames()[0])[0], read(frames()[-1])[0]
-    return len(last["z"]), f'{len(last["z"])} of at most 625 particles, {len(first["z"])} at first'
+    """Some cells are split and, as the paper's mesh is for, not nearly all of them."""
+    first, last = len(read(frames()[0])[0]["z"]), len(read(frames()[-1])[0]["z"])
+    return first < last < 0.85 * 625, f"{last} of at most 625 particles, {first} at first"
 
 
 def villard_corners():
-    (text, right), (count, mesh) = hung(), refined()
-    return f"{text}; {mesh}", right and count > 169
+    (text, right), (saves, mesh) = hung(), refined()
+    return f"{text}; {mesh}", right and saves
 
 
 def villard_spheres():
     last, _ = read(frames()[-1])
-    count, mesh = refined()
+    saves, mesh = refined()
     middle = min(range(len(last["z"])), key=lambda i: last["x"][i] ** 2 + last["y"][i] ** 2)
     sag = 0.57 - last["z"][middle]
-    return f"the middle sags {100 * sag:.1f} cm below the tops of the spheres; {mesh}", 0.0 < sag < 0.3 and count > 169
+    return f"the middle sags {100 * sag:.1f} cm below the tops of the spheres; {mesh}", 0.0 < sag < 0.3 and saves
 
 
 def villard_ball():
     last, _ = read(frames()[-1])
-    count, mesh = refined()
-    return f"corners {drop(last):.2f} m below the pole; {mesh}", 0.3 < drop(last) < 0.8 and count > 169
+    saves, mesh = refined()
+    return f"corners {drop(last):.2f} m below the pole; {mesh}", 0.3 < drop(last) < 0.8 and saves
 
 
 def ji():

@@ -88,9 +88,9 @@ const std::vector<Printed>& printed() {
       // Table XI
       {"xi_villard_corners", "adaptive", "hooke", "beam", true, true, false, true, false, false,
        "inverse_dynamics"},
-      {"xi_villard_spheres", "adaptive", "hooke", "beam", true, false, false, true, false, false,
+      {"xi_villard_spheres", "adaptive", "hooke", "beam", true, true, false, true, false, false,
        "inverse_dynamics"},
-      {"xi_villard_ball", "adaptive", "hooke", "beam", true, false, false, true, false, false,
+      {"xi_villard_ball", "adaptive", "hooke", "beam", true, true, false, true, false, false,
        "inverse_dynamics"},
       // Table XII
       {"xii_ji", "rectangular", "kawabata", "kawabata", true, true, false, false, false, false, ""},

@@ -3,6 +3,7 @@
 
 // One function for each benchmark of `bench NAME`. It reads its options and returns the exit code;
 // main.cpp prints the message of an exception.
+int bench_batch(int argc, char** argv);
 int bench_bending(int argc, char** argv);
 int bench_broadphase(int argc, char** argv);
 int bench_core(int argc, char** argv);

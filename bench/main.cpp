@@ -16,6 +16,7 @@ struct Benchmark {
 };
 
 constexpr Benchmark kBenchmarks[] = {
+    {"batch", bench_batch, "many scenes stepped together: throughput and memory"},
     {"bending", bench_bending, "discrete bending energies against closed forms"},
     {"broadphase", bench_broadphase, "broad phases by part, on scenes of any size"},
     {"core", bench_core, "spring forces per second, steps, bending"},

@@ -19,6 +19,7 @@ namespace selvedge {
 
 class DrivenBody;   // bodies/driven_body.h
 class VertexNames;  // run_result.h
+class Batch;        // batch.h
 struct BuiltScene;  // scene/build.h
 struct FinalState;  // simulation_state.h
 struct Methods;     // scene/methods.h
@@ -107,6 +108,8 @@ class Simulation {
   FinalState end() &&;  ///< frees most of the memory
 
  private:
+  friend class Batch;
+  struct Carried;      // what is of one member of a batch
   struct Parts;        // of the simulation with the present mesh
   struct MeshChanges;  // null: the mesh stays
   bool change_mesh();

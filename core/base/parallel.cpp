@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/internal/loop_watch.h>
+#include <selvedge/core/base/internal/serial_loops.h>
 #include <selvedge/core/base/parallel.h>
 
 #include <algorithm>
@@ -50,6 +51,9 @@ struct Handover {
 // The watch over the loops of this thread; null: none.
 thread_local LoopWatch* loop_watch = nullptr;
 
+// The loops of this thread run in it alone.
+thread_local bool loops_are_serial = false;
+
 /// A range of a loop: has the watch of the loop, in whichever thread it runs.
 class WatchedRange {
  public:
@@ -92,7 +96,7 @@ void parallel_for(std::size_t n, std::size_t grain,
     body(r * grain, std::min(n, (r + 1) * grain));
   };
 #ifdef SELVEDGE_USE_TBB
-  if (ranges > 1) {
+  if (ranges > 1 && !loops_are_serial) {
     Handover handover;
     handover.hand_out();
     tbb::parallel_for(std::size_t{0}, ranges, [&](std::size_t r) {
@@ -127,6 +131,11 @@ double parallel_sum(std::size_t n, std::size_t grain,
 #ifdef SELVEDGE_USE_TBB
 
 void parallel_invoke(FunctionRef<void()> a, FunctionRef<void()> b) {
+  if (loops_are_serial) {
+    a();
+    b();
+    return;
+  }
   Handover handover;
   handover.hand_out();
   const auto piece = [&, watch = loop_watch](FunctionRef<void()> work) {
@@ -162,8 +171,12 @@ struct ThreadArena::State {
 ThreadArena::ThreadArena(int threads) : state_(new State(std::max(threads, 1))) {}
 
 void ThreadArena::run(FunctionRef<void()> task) {
-  if (state_->threads >= thread_count()) return task();
+  if (loops_are_serial || state_->threads >= thread_count()) return task();
   state_->arena.execute([&] { task(); });
+}
+
+void run_isolated(FunctionRef<void()> task) {
+  tbb::this_task_arena::isolate([&] { task(); });
 }
 
 #else
@@ -185,7 +198,12 @@ ThreadArena::ThreadArena(int) {}
 
 void ThreadArena::run(FunctionRef<void()> task) { task(); }
 
+void run_isolated(FunctionRef<void()> task) { task(); }
+
 #endif
+
+SerialLoops::SerialLoops() : outer_(loops_are_serial) { loops_are_serial = true; }
+SerialLoops::~SerialLoops() { loops_are_serial = outer_; }
 
 ThreadLimit::~ThreadLimit() = default;
 ThreadArena::~ThreadArena() = default;

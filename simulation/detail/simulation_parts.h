@@ -18,12 +18,27 @@
 #include <selvedge/simulation/simulation_state.h>
 #include <selvedge/simulation/step_report.h>
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace selvedge {
+
+/// What distinguishes the simulations of one scene, so that one set of parts can serve several.
+struct Simulation::Carried {
+  SimulationState state;
+  detail::ProgramInput program;
+  std::vector<Vec3> body_x;
+  StepReport attempts;
+  detail::StepLedger ledger;
+  std::optional<detail::EnergyBalance> balance;  ///< none: of no member yet
+  std::map<std::string, double> strain;
+  double dripped = 0.0;  ///< kg
+  bool uncrossed = false;
+  RunResult result, before;
+};
 
 /// The parts of a simulation whose mesh stays. start.cpp has its start, advance.cpp its steps,
 /// check_state.cpp the checks of its states.
@@ -63,6 +78,9 @@ struct Simulation::Parts {
   std::vector<detail::EdgeCrossing> start_untangling();
   void restore(SimulationState saved);
   void continue_at(SimulationState saved);
+  void forget_bodies();
+  Carried give();
+  void take(Carried carried);
 
   // -- advance.cpp --------------------------------------------------------------------------------
   StepControl control() const;

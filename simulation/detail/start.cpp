@@ -7,6 +7,7 @@
 #include <selvedge/simulation/detail/simulation_parts.h>
 #include <selvedge/simulation/detail/useful_threads.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -173,12 +174,61 @@ void Simulation::Parts::restore(SimulationState saved) {
   outcome = {};
   uncrossed = false;
   balance.forget();
+  methods.program.force.clear();
+  methods.program.held.clear();
   detail::place_bodies(built, state.time, input.x_t0);
   note_bodies(input.x_t0);
+  forget_bodies();
   if (!methods.untangler) return;
   methods.untangler->set_pinches(state.pinches);
   look_at_state();
   methods.untangler->resume(state.tangles, input.x_t0, methods.detection.find_edge_crossings());
+}
+
+// Bodies that rest before and after may rest at another place.
+void Simulation::Parts::forget_bodies() {
+  methods.detection.set_motion(input.x_t0, input.x_t0, true);
+}
+
+Simulation::Carried Simulation::Parts::give() {
+  return {
+      .state = std::move(state),
+      .program = std::exchange(methods.program, {}),
+      .body_x = std::move(body_x),
+      .attempts = std::move(attempts),
+      .ledger = ledger,
+      .balance = balance,
+      .strain = methods.strain.acts() ? methods.strain.figures() : std::map<std::string, double>(),
+      .dripped = water ? water->dripped() : 0.0,
+      .uncrossed = uncrossed,
+      .result = std::move(result),
+      .before = std::move(before)};
+}
+
+// Continues with another simulation of the same scene.
+void Simulation::Parts::take(Carried carried) {
+  state = std::move(carried.state);
+  methods.program = std::move(carried.program);
+  body_x = std::move(carried.body_x);
+  attempts = std::move(carried.attempts);
+  ledger = carried.ledger;
+  balance = carried.balance.value();
+  uncrossed = carried.uncrossed;
+  result = std::move(carried.result);
+  before = std::move(carried.before);
+  methods.strain.continue_from(carried.strain);
+  methods.integrator->restore_memory(state.memory);
+  methods.response->restore_memory(state.contact_memory, input.x_t0.size());
+  if (water) {
+    water->restore(state, input.particles.mass);
+    water->continue_from(carried.dripped);
+  }
+  attempts.accepted = false;  // its contacts are gone
+  outcome = {};
+  methods.validator.forget();
+  std::copy(state.x.begin(), state.x.end(), input.x_t0.begin());
+  std::copy(body_x.begin(), body_x.end(), input.x_t0.begin() + static_cast<std::ptrdiff_t>(n()));
+  forget_bodies();
 }
 
 }  // namespace selvedge

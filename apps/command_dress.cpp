@@ -114,7 +114,7 @@ DressConfig dress_config(const DressOptions& o) {
 
 double total_seconds(const DressResult& r) {
   double sum = 0.0;
-  for (const char* phase : {"start", "sew", "settle", "skin", "refine", "move"})
+  for (const char* phase : {"start", "sew", "draw", "settle", "skin", "refine", "move"})
     if (const auto found = r.seconds.find(phase); found != r.seconds.end()) sum += found->second;
   return sum;
 }
@@ -137,6 +137,31 @@ void print_motion(const DressResult& r) {
     print_escaped("jams         {}: the body left cloth no room and passed through it\n", r.jams);
 }
 
+constexpr std::size_t kMostPlaces = 3;  // of skin that are printed
+
+/// Where the skin stays back.
+void print_skin(const DressResult& r) {
+  if (r.body_moved == 0) return;
+  std::string places;
+  for (std::size_t k = 0; k < std::min(kMostPlaces, r.skin.size()); ++k)
+    places += fmt::format("{}({:.2f}, {:.2f}, {:.2f}) by {:.1f} mm", k == 0 ? "" : ", ",
+                          r.skin[k].at.x(), r.skin[k].at.y(), r.skin[k].at.z(), 1e3 * r.skin[k].by);
+  print_escaped(
+      "body         the skin of body.obj stays back for the cloth between two parts in {}: {} m "
+      "(z up){}\n",
+      counted(r.skin.size(), "place"), places, r.skin.size() > kMostPlaces ? " ..." : "");
+}
+
+/// Girths of the zones where cloth is.
+void print_fit(const DressResult& r) {
+  std::string zones;
+  for (const FitZone& zone : r.fit)
+    if (zone.is_closed)
+      zones += fmt::format("{}{} {:.1f} on {:.1f}", zones.empty() ? "" : ", ", zone.name,
+                           100.0 * zone.cloth, 100.0 * zone.body);
+  if (!zones.empty()) print_escaped("fit          {} cm around (fit.html)\n", zones);
+}
+
 void print_summary(const std::string& name, const DressResult& r, const std::string& out) {
   print_escaped("{}: {}, {}, {:.1f} s; results in {}\n", name,
                 counted(r.panel_names.size(), "panel"),
@@ -149,12 +174,7 @@ void print_summary(const std::string& name, const DressResult& r, const std::str
     print_escaped(
         "origin       the pattern moved as a whole by {:.3f} m, {:.3f} m, {:.3f} m (z up)\n",
         r.origin_moved.x(), r.origin_moved.y(), r.origin_moved.z());
-  if (r.body_moved > 0)
-    print_escaped(
-        "body         {} of its vertices stay back in {}, by up to {:.1f} mm, for the cloth "
-        "between "
-        "two parts: body.obj\n",
-        r.body_moved, counted(r.skin.size(), "place"), 1e3 * r.body_moved_by);
+  print_skin(r);
   print_escaped("clean        {}, {} judged\n",
                 r.clean ? "yes: nothing passed through anything" : "NO: something passed through",
                 counted(static_cast<std::size_t>(r.states), "state"));
@@ -165,6 +185,7 @@ void print_summary(const std::string& name, const DressResult& r, const std::str
                 r.at_rest ? "yes" : "NO", 1e3 * r.rms_speed, 1e3 * r.max_speed);
   print_escaped("max stretch  {:.1f} %, wearable {:.1f} %; folded over {:.1f} % of the area\n",
                 100.0 * r.max_stretch, 100.0 * r.wearable_stretch, 100.0 * r.folded);
+  print_fit(r);
   print_under(r);
   print_motion(r);
   print_escaped("seconds     ");

@@ -3,6 +3,7 @@
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
+#include <selvedge/dress/detail/fit.h>
 #include <selvedge/dress/detail/origin.h>
 #include <selvedge/dress/detail/worn_measures.h>
 #include <selvedge/dress/dress.h>
@@ -145,6 +146,35 @@ void report_seams(const detail::Garment& garment, const DressConfig& config, Dre
   result.sewn = result.largest_opening <= detail::closed_opening(config);
 }
 
+void report_drops(const detail::Garment& start, const detail::Garment& garment,
+                  const std::vector<detail::PanelPlace>& places, DressResult& result) {
+  const std::size_t panels = result.panel_names.size();
+  const std::vector<double> placed = panel_heights(start, panels),
+                            worn = panel_heights(garment, panels);
+  for (std::size_t p = 0; p < panels; ++p)
+    result.panel_drop.push_back(placed[p] + places[p].shift.z() - worn[p]);
+}
+
+/// The meshes, and what lies between them.
+void report_garment(const detail::Garment& garment, const TriangleMesh& body, DressResult& result) {
+  result.garment = garment.surface;
+  result.flat = garment.flat;
+  result.velocity = garment.velocity;
+  result.panel_of_triangle = garment.panel_of_triangle;
+  detail::report_skin(body, result);
+  const TriangleMeetings meetings =
+      find_meetings({garment.surface.vertices, garment.surface.triangles},
+                    {result.body.vertices, result.body.triangles});
+  result.body_crossings = static_cast<std::int64_t>(meetings.all().size());
+}
+
+/// m; infinity if the neck was not found.
+double neck_height(const std::vector<detail::BodyZone>& zones) {
+  for (const detail::BodyZone& zone : zones)
+    if (zone.name == "neck") return zone.plane.point().z();
+  return std::numeric_limits<double>::infinity();
+}
+
 /// Adds the seconds since construction to a phase of a result.
 class PhaseTime {
  public:
@@ -255,6 +285,8 @@ const char* phase_name(DressPhase phase) {
   switch (phase) {
     case DressPhase::sew:
       return "sew";
+    case DressPhase::draw:
+      return "draw";
     case DressPhase::settle:
       return "settle";
     case DressPhase::refine:
@@ -296,8 +328,15 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   for (const WornGarment& worn : config.under) result.under.push_back({.garment = worn});
   const Levels levels = levels_of(config);
   const detail::Garment start = make_start(pattern, config, levels.edge_length, deadline, result);
+  const std::vector<detail::BodyZone> zones = detail::body_zones(result.body);
+  const std::vector<detail::PanelPlace> places =
+      detail::panel_places(start, result.panel_names.size(), neck_height(zones));
   const detail::Dressing dressing{result.body, config, methods, observer, deadline};
   detail::Garment garment = sewn(start, dressing, result);
+  {
+    const PhaseTime time(result, "draw");
+    detail::draw_into_place(garment, start, places, dressing, result);
+  }
   {
     const PhaseTime time(result, "settle");
     detail::settle(garment, dressing, DressPhase::settle, result);
@@ -314,21 +353,10 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   }
   report_seams(garment, config, result);
   report_under(garment, result);
-  const std::size_t panels = result.panel_names.size();
-  const std::vector<double> placed = panel_heights(start, panels),
-                            worn = panel_heights(garment, panels);
-  for (std::size_t p = 0; p < panels; ++p) result.panel_drop.push_back(placed[p] - worn[p]);
-  result.garment = garment.surface;
-  result.flat = garment.flat;
-  result.velocity = garment.velocity;
-  result.panel_of_triangle = garment.panel_of_triangle;
-  detail::report_skin(body, result);
-  result.body_crossings =
-      static_cast<std::int64_t>(find_meetings({garment.surface.vertices, garment.surface.triangles},
-                                              {result.body.vertices, result.body.triangles})
-                                    .all()
-                                    .size());
+  report_drops(start, garment, places, result);
+  report_garment(garment, body, result);
   detail::measure_worn(start, garment, result);
+  detail::measure_fit(zones, result);
   if (!config.motion.poses.empty()) {
     const PhaseTime time(result, "move");
     detail::follow_poses(garment, dressing, body, result);

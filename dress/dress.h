@@ -21,11 +21,12 @@ namespace selvedge {
 /// The phases in which a garment is put on, in order.
 enum class DressPhase {
   sew,     ///< without weight: seams pull their sides together, and pairs that have met merge
+  draw,    ///< without weight: each panel is pulled along its axis to its place
   settle,  ///< gravity and friction, until the garment is at rest
   refine,  ///< the same with smaller triangles
   move     ///< the body takes its poses, one after the other, and the garment follows
 };
-/// "sew", "settle", "refine", "move".
+/// "sew", "draw", "settle", "refine", "move".
 const char* phase_name(DressPhase phase);
 
 /// Conditions under which a dressed garment counts as at rest. Speeds are those of the straight
@@ -154,6 +155,21 @@ struct TightPlace {
   double cloth = 0.0, body = 0.0;
 };
 
+/// How a garment fits at a place where a tailor measures. Tapes lie in the plane, taut: along the
+/// convex hull of what it cuts.
+struct FitZone {
+  std::string name;  ///< neck, bust, waist, hip, left thigh, left upper arm, and the right ones
+  Vec3 at = Vec3::Zero(), normal = Vec3::UnitZ();  ///< m, of the plane
+  double body = 0.0;                               ///< m, tape around the body
+  double cloth = 0.0;      ///< m, around the garment in the flat pattern; 0: no cloth is there
+  double worn = 0.0;       ///< m, tape around the garment
+  bool is_closed = false;  ///< the cloth is a ring, not open as a jacket is in front
+  double strain = 0.0, strain_max = 0.0;      ///< largest principal ones within 3 cm of the tape
+  double pressure = 0.0, pressure_max = 0.0;  ///< Pa, of the body, there
+  std::vector<std::int32_t> triangles;        ///< of the garment, there
+  double ease() const { return is_closed ? cloth - body : 0.0; }  ///< m, of a ring
+};
+
 /// A garment on a body. The fields describe the pose in which it was put on, except `clean`,
 /// `states`, and those of the motion.
 struct DressResult {
@@ -162,7 +178,9 @@ struct DressResult {
   std::vector<Vec3> velocity;  ///< m/s
   std::vector<std::int32_t> panel_of_triangle;
   std::vector<std::string> panel_names;
-  std::vector<double> panel_drop;   ///< m, by which the mean height of a panel sank since the start
+  /// m, by which a panel lies lower than where it belongs: where the pattern places it, or, if it
+  /// is drawn apart from the panel above it, where that is
+  std::vector<double> panel_drop;
   std::vector<std::string> notes;   ///< sentences about the pattern, from its mesh
   std::vector<std::uint8_t> flags;  ///< per vertex, bits of VertexFlag
   std::vector<double> pressure;     ///< Pa per vertex, of the body on it, normal, in the last step
@@ -190,6 +208,7 @@ struct DressResult {
   /// largest of all panels; -1: the pattern is not its own mirror image
   double asymmetry = -1.0;
   std::int32_t asymmetric_panel = -1;
+  std::vector<FitZone> fit;                  ///< where they were found on the body
   std::string fabric_name;                   ///< DressConfig::fabric_name
   double body_friction = 0.0;                ///< DressConfig::body_friction
   double largest_drop = 0.0;                 ///< m, DressConfig::largest_drop
@@ -204,7 +223,7 @@ struct DressResult {
   std::string motion_fault;                  ///< why the motion ended early; "": it did not
   int jams = 0;  ///< times that the moving body left cloth no room and passed through it
   std::map<std::string, double>
-      seconds;  ///< by phase: start, sew, settle, refine, move; and parts of them
+      seconds;  ///< by phase: start, sew, draw, settle, refine, move; and parts of them
   std::string state_hash;
 
   /// Why it is not worn: not clean against the body on which it lies, not sewn, or not at rest; the

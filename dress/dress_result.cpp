@@ -7,6 +7,7 @@
 #include <selvedge/dress/detail/colour_scales.h>
 #include <selvedge/dress/detail/deformation.h>
 #include <selvedge/dress/detail/dressing.h>
+#include <selvedge/dress/detail/fit_page.h>
 #include <selvedge/dress/dress_result.h>
 #include <selvedge/pictures/internal/garment_pictures.h>
 #include <selvedge/run/frame_writer.h>
@@ -190,7 +191,7 @@ class DressFolder {
     make(config.out);
     lock_.emplace(config.out, "dress");
     for (const char* part : {"frames", "steps", "motion", "poses", "pictures", "under",
-                             "garment.obj", "garment.ply", "body.obj", "view.html"})
+                             "garment.obj", "garment.ply", "body.obj", "view.html", "fit.html"})
       fs::remove_all(config.out / part);
     write_text_file(config.out / "result.json", Json{{kMarker, "unfinished"}}.dump(2) + "\n");
     open(dressing_, config.out);
@@ -380,6 +381,27 @@ Json tight_json(const DressResult& r) {
           {"body_around_m", tight.body}};
 }
 
+/// The fit report; places are in metres, z up, as in frames/.
+Json fit_json(const DressResult& r) {
+  Json list = Json::array();
+  for (const FitZone& zone : r.fit) {
+    Json json = {{"zone", zone.name},
+                 {"at_m", {zone.at.x(), zone.at.y(), zone.at.z()}},
+                 {"normal", {zone.normal.x(), zone.normal.y(), zone.normal.z()}},
+                 {"body_girth_m", zone.body},
+                 {"garment_girth_m", zone.cloth},
+                 {"worn_girth_m", zone.worn},
+                 {"closed", zone.is_closed},
+                 {"strain", zone.strain},
+                 {"largest_strain", zone.strain_max},
+                 {"pressure_Pa", zone.pressure},
+                 {"largest_pressure_Pa", zone.pressure_max}};
+    if (zone.is_closed) json["ease_m"] = zone.ease();
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
 Json result_json(const std::string& pattern, const DressResult& r, const std::string& body_name) {
   Json json = {{kMarker, "finished"},
                {"pattern", pattern},
@@ -420,6 +442,7 @@ Json result_json(const std::string& pattern, const DressResult& r, const std::st
   json["pressure_scale_top_Pa"] = pressure_scale(r).top;
   json["tight"] = tight_json(r);
   if (r.asymmetry >= 0.0) json["asymmetry_m"] = r.asymmetry;
+  json["fit"] = fit_json(r);
   json["skin_back"] = Json::array();
   for (const SkinPlace& place : r.skin)
     json["skin_back"].push_back({{"at_m", {place.at.x(), place.at.y(), place.at.z()}},
@@ -471,6 +494,7 @@ void write_pictures(const fs::path& folder, const DressResult& result, const Dre
   draw_panels(folder, "", garment);
   draw_scale(folder, "strain_", garment, strain_scale(result));
   draw_scale(folder, "pressure_", garment, pressure_scale(result));
+  draw_coloured(folder, "fit_", garment, detail::fit_colours(result));
   if (!files.poses().empty())
     draw_panels(folder, "last_pose_", pictured(result, files.last_cloth(), files.last_body()));
 }
@@ -505,7 +529,10 @@ DressResult dress_into_folder(const SewingPattern& pattern, const TriangleMesh& 
     if (!result.under.empty()) make(folder.out / "under");
     write_under(folder.out, result, folder.body_file);
     write_poses(folder, result, files);
-    if (folder.pictures) write_pictures(folder.out / "pictures", result, files);
+    if (folder.pictures) {
+      write_pictures(folder.out / "pictures", result, files);
+      write_text_file(folder.out / "fit.html", detail::fit_page(pattern.name, result));
+    }
     result.seconds["output"] = output.seconds();
     write_text_file(folder.out / "result.json",
                     dress_result_text(pattern.name, result, folder.body_name));

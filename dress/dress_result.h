@@ -23,6 +23,8 @@ namespace selvedge {
 ///   pictures/front.png, back.png, and the same of strain_ and pressure_: the largest strain of
 ///                             each triangle and the pressure, from dark blue (0) to yellow
 ///                             (strain_scale_top and pressure_scale_top_Pa of result.json)
+///   fit.html                  with pictures: the fit report, with pictures/fit_front.png, fit_back.png,
+///                             fit_left.png and fit_right.png
 ///   under/0.obj, ...          with garments below: as they lie under the new one, innermost first, as
 ///                             garment.obj without groups
 ///   poses/NAME.obj            of a moving body: the garment at each pose, as garment.obj; with

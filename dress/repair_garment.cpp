@@ -8,17 +8,15 @@
 // tries places ever farther off, out of the body or along the normal of the sheet, until its
 // triangles meet nothing. All decisions are exact (find_meetings). Where no place is free, the
 // vertices around join in.
-#include <selvedge/bodies/internal/triangle_tree.h>
 #include <selvedge/core/base/internal/check.h>
 #include <selvedge/detection/find.h>
-#include <selvedge/dress/detail/winding_number.h>
+#include <selvedge/dress/detail/body_surface.h>
 #include <selvedge/dress/internal/repair_garment.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -28,21 +26,19 @@ namespace selvedge {
 namespace {
 
 constexpr std::size_t kMostPlaces = 8;  // that are named
-constexpr double kInside = 0.5;         // winding number
 constexpr double kNoDirection = 1e-3;   // of the gap; nearer points have no direction
 constexpr double kFirstReach = 8.0;     // in which the skin is looked for, in gaps
-constexpr double kLastReach = 1e7;
-constexpr int kTaut = 2;             // the first of them in which the cloth is pulled taut
-constexpr int kTries = 14;           // places of a vertex in each of them
-constexpr double kFartherOut = 1.4;  // factor of the distance from the body from try to try
-constexpr int kPushes = 24;          // steps out of the body
-constexpr double kPushStep = 0.25;   // the longest of them, in mean edges
-constexpr double kPushReach = 2.5;   // of the field that moves along, in mean edges
-constexpr int kMostFarther = 6;      // tries farther out in these steps
-constexpr double kSpike = 2.0;       // factor of its edges at which a vertex has lost its place
-constexpr std::size_t kAlone = 3;    // of so many neighbours at most one is in the body, too
-constexpr int kIterations = 200;     // of the interpolation
-constexpr double kResidual = 1e-6;   // of its start, at which it ends
+constexpr int kTaut = 2;                // the first of them in which the cloth is pulled taut
+constexpr int kTries = 14;              // places of a vertex in each of them
+constexpr double kFartherOut = 1.4;     // factor of the distance from the body from try to try
+constexpr int kPushes = 24;             // steps out of the body
+constexpr double kPushStep = 0.25;      // the longest of them, in mean edges
+constexpr double kPushReach = 2.5;      // of the field that moves along, in mean edges
+constexpr int kMostFarther = 6;         // tries farther out in these steps
+constexpr double kSpike = 2.0;          // factor of its edges at which a vertex has lost its place
+constexpr std::size_t kAlone = 3;       // of so many neighbours at most one is in the body, too
+constexpr int kIterations = 200;        // of the interpolation
+constexpr double kResidual = 1e-6;      // of its start, at which it ends
 
 /// The mesh of a garment in which vertices at equal positions are one.
 struct Welded {
@@ -65,71 +61,6 @@ struct Welded {
   std::vector<Vec3> x;
   std::vector<Triangle> triangles;
   std::vector<std::int32_t> number;  // of each vertex of the file
-};
-
-// [Ericson2005] 5.1.5, by the regions of the triangle.
-Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const auto on_segment = [&](const Vec3& s, const Vec3& e) -> Vec3 {
-    const Vec3 way = e - s;
-    const double length = way.squaredNorm();
-    return length > 0.0 ? Vec3(s + std::clamp((p - s).dot(way) / length, 0.0, 1.0) * way) : s;
-  };
-  const Vec3 normal = (b - a).cross(c - a);
-  const double u = (c - b).cross(p - b).dot(normal), v = (a - c).cross(p - c).dot(normal),
-               w = (b - a).cross(p - a).dot(normal), sum = normal.squaredNorm();
-  if (u > 0.0 && v > 0.0 && w > 0.0) return (u * a + v * b + w * c) / sum;
-  Vec3 best = on_segment(a, b);
-  for (const Vec3& q : {on_segment(b, c), on_segment(c, a)})
-    if ((q - p).squaredNorm() < (best - p).squaredNorm()) best = q;
-  return best;
-}
-
-/// The surface of the body: closest points, and which side of it a point is on.
-class Skin {
- public:
-  explicit Skin(const TriangleMesh& body) : body_(body), winding_(body), tree_(body.triangles) {
-    tree_.fit(body.vertices);
-  }
-
-  bool is_inside(const Vec3& p) const { return std::abs(winding_.at(p)) > kInside; }
-
-  /// The nearest place at least `gap` above the skin, as far as the skin is flat.
-  Vec3 out(const Vec3& p, double gap) const {
-    const Nearest near = nearest(p, gap);
-    const bool inside = is_inside(p);
-    if (!inside && near.distance >= gap) return p;
-    Vec3 way = inside ? Vec3(near.point - p) : Vec3(p - near.point);
-    if (near.distance < kNoDirection * gap)
-      way = (corner(near.triangle, 1) - corner(near.triangle, 0))
-                .cross(corner(near.triangle, 2) - corner(near.triangle, 0));
-    return near.point + gap * way.stableNormalized();
-  }
-
- private:
-  struct Nearest {
-    Vec3 point;  // of the skin
-    std::int32_t triangle = 0;
-    double distance = std::numeric_limits<double>::infinity();
-  };
-
-  const Vec3& corner(std::int32_t triangle, int k) const {
-    return body_.vertices[body_.triangles[triangle][k]];
-  }
-
-  Nearest nearest(const Vec3& p, double gap) const {
-    Nearest near{.point = p};
-    for (double reach = kFirstReach * gap; near.distance > reach && reach < kLastReach * gap;
-         reach *= 2.0)
-      tree_.for_each_near(p, reach, [&](std::int32_t i) {
-        const Vec3 q = closest_on_triangle(p, corner(i, 0), corner(i, 1), corner(i, 2));
-        if (const double d = (p - q).norm(); d < near.distance) near = {q, i, d};
-      });
-    return near;
-  }
-
-  const TriangleMesh& body_;
-  detail::WindingNumber winding_;
-  TriangleTree tree_;
 };
 
 class Repair {
@@ -325,7 +256,7 @@ class Repair {
       std::vector<Vec3> by;
       for (const auto& [v, is_inside] : to_push(faults)) {
         if (!is_inside && tries[v] < kMostFarther) ++tries[v];
-        const Vec3 to = skin_.out(mesh_.x[v], clearance(tries[v]));
+        const Vec3 to = out_of_body(mesh_.x[v], clearance(tries[v]));
         const Vec3 way = to - mesh_.x[v];
         pushed.push_back(v);
         by.push_back(way.norm() > most ? Vec3(most * way.normalized()) : way);
@@ -387,6 +318,16 @@ class Repair {
       moved[v] += sum / std::max(1.0, weight);
     }
     mesh_.x = std::move(moved);
+  }
+
+  /// The nearest place at least `gap` above the skin, as far as the skin is flat.
+  Vec3 out_of_body(const Vec3& p, double gap) const {
+    const detail::BodySurface::Nearest near = skin_.nearest(p, kFirstReach * gap);
+    const bool inside = skin_.is_inside(p);
+    if (!inside && near.distance >= gap) return p;
+    Vec3 way = inside ? Vec3(near.point - p) : Vec3(p - near.point);
+    if (near.distance < kNoDirection * gap) way = skin_.normal(near.triangle);
+    return near.point + gap * way.stableNormalized();
   }
 
   /// Vertices that came out of the body but below another layer have lost their places, too.
@@ -546,7 +487,7 @@ class Repair {
     for (const std::int32_t v : moving) {
       const int k = aside_[v];  // 0, +1, -1, +2, -2 ...
       const double aside = config_.clearance * (k % 2 == 1 ? (k + 1) / 2 : -k / 2);
-      mesh_.x[v] = skin_.out(base_[v] + aside * normals[v], clearance(out_[v]));
+      mesh_.x[v] = out_of_body(base_[v] + aside * normals[v], clearance(out_[v]));
     }
   }
 
@@ -603,7 +544,7 @@ class Repair {
   const RepairConfig& config_;
   Welded mesh_;
   std::vector<Vec3> start_;  // m
-  Skin skin_;
+  detail::BodySurface skin_;
   std::vector<Edge> edges_, body_edges_;
   EdgeTriangleTest edge_test_;
   std::vector<std::vector<std::int32_t>> neighbours_, around_;

@@ -5,6 +5,7 @@
 // can.
 #include <fmt/format.h>
 #include <selvedge/dress/detail/dressing.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/step_report.h>
 
 #include <algorithm>

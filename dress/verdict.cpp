@@ -18,13 +18,26 @@ std::string panel_name(const DressResult& r, std::int32_t panel) {
   return fmt::format("panel \"{}\"", r.panel_names[static_cast<std::size_t>(panel)]);
 }
 
+/// Girths that say why a garment is tight: those at its most stretched place, or, where no ring
+/// leads through it, at the zone with the least ease.
+std::string tight_measures(const DressResult& r) {
+  if (r.tight.cloth > 0.0 && r.tight.body > r.tight.cloth)
+    return fmt::format(" (cloth {:.2f} m around, body {:.2f} m)", r.tight.cloth, r.tight.body);
+  const FitZone* least = nullptr;
+  for (const FitZone& zone : r.fit)
+    if (zone.is_closed && zone.ease() < 0.0 &&
+        (!least || zone.ease() / zone.body < least->ease() / least->body))
+      least = &zone;
+  if (!least) return "";
+  return fmt::format(" ({}: cloth {:.2f} m around, body {:.2f} m)", least->name, least->cloth,
+                     least->body);
+}
+
 /// Where the garment is too small, with its measures there; empty: nowhere.
 std::string too_small(const DressResult& r) {
   const TightPlace& tight = r.tight;
   if (std::max(r.max_stretch, tight.strain) <= r.wearable_stretch || tight.panel < 0) return "";
-  std::string measures;
-  if (tight.body > tight.cloth)
-    measures = fmt::format(" (cloth {:.2f} m around, body {:.2f} m)", tight.cloth, tight.body);
+  const std::string measures = tight_measures(r);
   return fmt::format(
       "{} at {}{}: stretched by {:.0f} %, {:.1f} % of the garment by more than {:.0f} %",
       tight.area_share > kNoticeable ? "too small" : "tight in a small place",

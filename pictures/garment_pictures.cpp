@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <utility>
 
 namespace selvedge {
@@ -77,8 +78,9 @@ std::vector<RenderSurface> surfaces_below(const PicturedGarment& g) {
   return surfaces;
 }
 
+/// Seen against the direction `from`.
 void draw(const fs::path& file, const PicturedGarment& g, const std::vector<RenderSurface>& cloth,
-          double side) {
+          const Vec3& from) {
   std::vector<RenderSurface> surfaces = surfaces_below(g);
   RenderSurface skin;
   skin.x = g.body;
@@ -92,7 +94,7 @@ void draw(const fs::path& file, const PicturedGarment& g, const std::vector<Rend
   const Vec3 centre = 0.5 * (low + high);
   Camera camera;
   camera.target = centre;
-  camera.eye = centre + Vec3(0.5, side * -2.5, 0.4);
+  camera.eye = centre + from;
   camera.field_of_view = 30.0;
   camera.width = 720;
   camera.height = 720;
@@ -102,8 +104,8 @@ void draw(const fs::path& file, const PicturedGarment& g, const std::vector<Rend
 /// NAMEfront.png and NAMEback.png.
 void draw_both(const fs::path& folder, const std::string& name, const PicturedGarment& g,
                const std::vector<RenderSurface>& cloth) {
-  draw(folder / (name + "front.png"), g, cloth, 1.0);
-  draw(folder / (name + "back.png"), g, cloth, -1.0);
+  draw(folder / (name + "front.png"), g, cloth, Vec3(0.5, -2.5, 0.4));
+  draw(folder / (name + "back.png"), g, cloth, Vec3(0.5, 2.5, 0.4));
 }
 
 /// From dark blue over teal and green to yellow, linear RGB; `share` in [0,1].
@@ -114,6 +116,10 @@ Vec3 scale_colour(double share) {
   const auto k = std::min<std::size_t>(2, static_cast<std::size_t>(place));
   const double w = place - static_cast<double>(k);
   return (1.0 - w) * stops[k] + w * stops[k + 1];
+}
+
+bool is_before(const Vec3& a, const Vec3& b) {
+  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
 }
 
 }  // namespace
@@ -153,6 +159,23 @@ void draw_scale(const fs::path& folder, const std::string& name, const PicturedG
     surfaces.push_back(surface);
   }
   draw_both(folder, name, g, surfaces);
+}
+
+void draw_coloured(const fs::path& folder, const std::string& name, const PicturedGarment& g,
+                   std::span<const Vec3> colours) {
+  std::map<Vec3, std::vector<Triangle>, decltype(&is_before)> triangles(is_before);
+  for (std::size_t i = 0; i < colours.size(); ++i) triangles[colours[i]].push_back(g.triangles[i]);
+  std::vector<RenderSurface> surfaces;
+  for (const auto& [colour, list] : triangles) {
+    RenderSurface surface;
+    surface.x = vertices_of(g);
+    surface.triangles = list;
+    surface.front = surface.back = colour;
+    surfaces.push_back(surface);
+  }
+  draw_both(folder, name, g, surfaces);
+  draw(folder / (name + "left.png"), g, surfaces, Vec3(2.5, -0.5, 0.4));
+  draw(folder / (name + "right.png"), g, surfaces, Vec3(-2.5, -0.5, 0.4));
 }
 
 }  // namespace selvedge

@@ -185,6 +185,21 @@ struct SewAttempt {
 /// Closes and merges all seams. Throws DressFailed that names the stitch.
 void sew(Garment& garment, const Dressing& dressing, const SewAttempt& attempt,
          DressResult& result);
+/// Where a panel belongs on the body.
+struct PanelPlace {
+  /// Unit, along trunk, leg or arm: the direction of the seams that join the panel to that on the
+  /// other side of the body. Zero: it has none.
+  Vec3 axis = Vec3::Zero();
+  /// m, along the axis, from where the pattern places it: panels may be drawn apart, such as a
+  /// skirt below a bodice, and belong where the panel is to which they are sewn.
+  Vec3 shift = Vec3::Zero();
+};
+/// Of each panel of a garment before the sewing. The highest panels around the trunk have no shift.
+/// A panel whose middle is above `neck`, m, such as a hood, is not one of these.
+std::vector<PanelPlace> panel_places(const Garment& start, std::size_t panels, double neck);
+/// Pulls a sewn garment along its panels to their places; `start` is the garment before the sewing.
+void draw_into_place(Garment& garment, const Garment& start, const std::vector<PanelPlace>& places,
+                     const Dressing& dressing, DressResult& result);
 /// Lets the garment come to rest.
 void settle(Garment& garment, const Dressing& dressing, DressPhase phase, DressResult& result);
 /// Lets the skin of `worn`, which made room, come out to `body` again, as far as the cloth leaves

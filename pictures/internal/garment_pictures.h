@@ -37,5 +37,9 @@ void draw_panels(const std::filesystem::path& folder, const std::string& name,
 /// The same with the garment in the colours of a scale.
 void draw_scale(const std::filesystem::path& folder, const std::string& name,
                 const PicturedGarment& garment, const ColourScale& scale);
+/// The same from front, back, left and right (of the wearer, who faces -y), with a colour for each
+/// triangle, linear RGB.
+void draw_coloured(const std::filesystem::path& folder, const std::string& name,
+                   const PicturedGarment& garment, std::span<const Vec3> colours);
 
 }  // namespace selvedge

@@ -553,8 +553,8 @@ TEST(DressFolder, HoldsTheGarmentWithItsPatternAndTheVerdict) {
   EXPECT_TRUE(fs::exists(out / "frames" / "bodies_00000.ply"));
 
   EXPECT_FALSE(fs::exists(out / "motion"));
-  for (const char* picture :
-       {"front", "back", "strain_front", "strain_back", "pressure_front", "pressure_back"})
+  for (const char* picture : {"front", "back", "strain_front", "strain_back", "pressure_front",
+                              "pressure_back", "fit_front", "fit_back", "fit_left", "fit_right"})
     EXPECT_GT(fs::file_size(out / "pictures" / (std::string(picture) + ".png")), 10000u) << picture;
   EXPECT_NE(text_of(out / "pictures" / "strain_front.png"),
             text_of(out / "pictures" / "pressure_front.png"));

@@ -231,6 +231,19 @@ TEST(Verdict, SaysTheTrueReasonFirst) {
   EXPECT_NE(r.verdict().find("; one-sided"), std::string::npos) << "the others follow";
   EXPECT_TRUE(r.worn());
   EXPECT_FALSE(r.good());
+  // Without a ring there, the zone with the least ease explains it.
+  DressResult zones = r;
+  zones.tight.cloth = zones.tight.body = 0.0;
+  for (const auto& [name, cloth] : {std::pair("bust", 0.8), {"waist", 0.75}, {"hip", 1.2}}) {
+    FitZone zone;
+    zone.name = name;
+    zone.body = 0.9;
+    zone.cloth = cloth;
+    zone.is_closed = true;
+    zones.fit.push_back(zone);
+  }
+  EXPECT_NE(zones.verdict().find("(waist: cloth 0.75 m around, body 0.90 m)"), std::string::npos)
+      << zones.verdict();
   // An open seam of a garment that is too small is its consequence.
   r.sewn = false;
   r.largest_opening = 0.004;

@@ -6,7 +6,7 @@
 
 RESULT is a folder of `selvedge run`; its cloth is one piece. The step begins at each FRAME and ends 1/N of the way to the next
 one. A chart is the projection of the start along the mean normal of some triangles. Two primitives in a chart without a
-common vertex are proved to keep 1.5 rest gaps apart as in simulation/detail/idle_proofs.h, except that the triangles need not
+common vertex are proved to keep 1.5 rest gaps apart as in simulation/contacts/detail/idle_proofs.h, except that the triangles need not
 be convex: the shares are bounds from above. Columns:
 
 candidates    pairs whose boxes overlap, inflated by the rest gap

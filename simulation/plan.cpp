@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/simulation/detail/excluded_surfaces.h>
-#include <selvedge/simulation/detail/idle_proofs.h>
+#include <selvedge/simulation/contacts/detail/excluded_surfaces.h>
+#include <selvedge/simulation/contacts/detail/idle_proofs.h>
 #include <selvedge/simulation/internal/plan.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 
 #include <selvedge/response/fail_safe.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/contacts/detail/detection.h>
 
 #include <Eigen/Geometry>
 #include <memory>

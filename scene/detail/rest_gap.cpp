@@ -11,7 +11,7 @@
 namespace selvedge::detail {
 namespace {
 
-// Pairs are searched about as far as this many rest gaps (simulation/detail/candidates.cpp).
+// Pairs are searched about as far as this many rest gaps (simulation/contacts/candidates.cpp).
 constexpr double kReach = 1.5;
 
 // Pairs for each pair of vertices of two surfaces: 2 points and triangles each way, and 3 x 3

@@ -156,7 +156,8 @@ RunResult Simulation::Parts::present_result() const {
   r.ledger = ledger.figures();
   r.ledger["balance"] = balance.figures();
   if (methods.strain.acts()) r.ledger["strain_limiter"] = methods.strain.figures();
-  r.plan = methods.detection.plan_figures();
+  for (const auto& [part, count] : methods.detection.counts())
+    r.plan[part] = {count.asked, count.idle, count.saved_s()};
   if (const detail::IdleCount& count = methods.strain.idle_count(); count.asked > 0)
     r.plan["strain_limit"] = {count.asked, count.idle, count.saved_s()};
   if (water) r.counters["dripped_kg"] = water->dripped();

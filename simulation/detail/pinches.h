@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/core/solver/strain_limiter.h>
-#include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/contacts/detail/detection.h>
 #include <selvedge/simulation/simulation_state.h>
 
 #include <map>

@@ -3,10 +3,10 @@
 
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/contacts/detail/phase_clock.h>
 #include <selvedge/simulation/detail/enclosed.h>
 #include <selvedge/simulation/detail/energy_balance.h>
 #include <selvedge/simulation/detail/joined_steps.h>
-#include <selvedge/simulation/detail/phase_clock.h>
 #include <selvedge/simulation/detail/sleep.h>
 #include <selvedge/simulation/detail/step.h>
 #include <selvedge/simulation/detail/step_ledger.h>

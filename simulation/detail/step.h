@@ -6,7 +6,7 @@
 #include <selvedge/core/solver/integrator.h>
 #include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/contacts/detail/detection.h>
 #include <selvedge/simulation/detail/pinches.h>
 #include <selvedge/simulation/detail/program_input.h>
 #include <selvedge/simulation/detail/sewing.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/core/solver/strain_limiter.h>
-#include <selvedge/simulation/detail/idle_proofs.h>
+#include <selvedge/simulation/contacts/detail/idle_proofs.h>
 
 #include <span>
 #include <vector>

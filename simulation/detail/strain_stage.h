@@ -5,7 +5,7 @@
 #include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/phase_clock.h>
+#include <selvedge/simulation/contacts/detail/phase_clock.h>
 #include <selvedge/simulation/detail/strain_reach.h>
 
 #include <map>

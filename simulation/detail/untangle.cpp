@@ -55,6 +55,11 @@ bool contains(const std::vector<std::int32_t>& sorted, std::int32_t value) {
 Untangler::Untangler(JointSurface surface, const UntangleConfig& config)
     : surface_(std::move(surface)), config_(config) {}
 
+void Untangler::exclude_tangles() {
+  excluded_ = ExcludedPairs(surface_);
+  for (const Tangle& tangle : tangles_.list) excluded_.add(surface_, tangle.side);
+}
+
 void Untangler::start(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings) {
   set_reach(x, crossings);
   tangles_.kept.assign(surface_.parts(), CutRegions::kUnknown);
@@ -64,7 +69,7 @@ void Untangler::start(std::span<const Vec3> x, std::span<const EdgeCrossing> cro
   for (std::size_t c = 0; c < contours_.size(); ++c)
     if (crosses(contours_[c])) found.push_back(around(c, regions, x));
   merge(std::move(found));
-  excluded_ = ExcludedPairs(surface_, tangles_.list);
+  exclude_tangles();
   report_.until_s = active() ? -1.0 : 0.0;
   report_.start_pairs = report_.pairs = count_pairs(crossings, report_.elsewhere);
   for (Tangle& tangle : tangles_.list) tangle.best = static_cast<int>(crossings.size()) + 1;
@@ -74,7 +79,7 @@ void Untangler::start(std::span<const Vec3> x, std::span<const EdgeCrossing> cro
 void Untangler::resume(Tangles tangles, std::span<const Vec3> x,
                        std::span<const EdgeCrossing> crossings) {
   tangles_ = std::move(tangles);
-  excluded_ = ExcludedPairs(surface_, tangles_.list);
+  exclude_tangles();
   report_.pairs = count_pairs(crossings, report_.elsewhere);
   report_.until_s = active() ? -1.0 : 0.0;
   report_.given_up = !tangles_.list.empty() && ways_are_exhausted();
@@ -108,7 +113,7 @@ bool Untangler::carry_jam(std::span<const ContactPoint> hits, std::span<const Ve
   std::erase_if(all, [](const Tangle& tangle) { return tangle.is_over(); });
   all.push_back(std::move(jam));
   merge(std::move(all));
-  excluded_ = ExcludedPairs(surface_, tangles_.list);
+  exclude_tangles();
   report_.until_s = -1.0;
   ++report_.jams;
   return true;
@@ -122,7 +127,7 @@ void Untangler::update(std::span<const Vec3> x, std::span<const EdgeCrossing> cr
   contours_ = trace_contours(surface_, crossings);
   const CutRegions regions(surface_, contours_, x, tangles_.kept);
   shrink(regions, x);
-  excluded_ = ExcludedPairs(surface_, tangles_.list);
+  exclude_tangles();
   if (!active()) report_.until_s = time;
   find_motion(regions, x);
 }

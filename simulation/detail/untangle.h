@@ -3,7 +3,8 @@
 
 #include <selvedge/core/solver/integrator.h>
 #include <selvedge/detection/internal/contours.h>
-#include <selvedge/simulation/detail/excluded_pairs.h>
+#include <selvedge/simulation/contacts/detail/excluded_pairs.h>
+#include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation_state.h>
 
 #include <span>
@@ -106,6 +107,7 @@ class Untangler {
   };
   struct Motion;  // sums of directions while they are found
 
+  void exclude_tangles();
   bool ways_are_exhausted() const;
   void set_reach(std::span<const Vec3> x, std::span<const EdgeCrossing> crossings);
   Tangle around(std::size_t contour, const CutRegions& regions, std::span<const Vec3> x) const;

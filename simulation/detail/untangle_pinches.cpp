@@ -86,7 +86,7 @@ void Untangler::set_pinches(std::span<const Pinch> pinches) {
       tangle.side = crossing_;
       add_pinches(tangle);
     }
-  excluded_ = ExcludedPairs(surface_, tangles_.list);
+  exclude_tangles();
 }
 
 bool Untangler::carries_pinches() const {
@@ -108,7 +108,7 @@ bool Untangler::carry_pinches(std::span<const ContactPoint> hits, std::span<cons
   crossing_ = {};
   std::erase_if(tangles_.list, [](const Tangle& tangle) { return tangle.is_over(); });
   tangles_.list.push_back(std::move(jam));
-  excluded_ = ExcludedPairs(surface_, tangles_.list);
+  exclude_tangles();
   report_.until_s = -1.0;
   ++report_.jams;
   return true;

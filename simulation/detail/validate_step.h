@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/narrowphase/narrow_phase.h>
-#include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/contacts/detail/detection.h>
 #include <selvedge/simulation/run_result.h>
 
 #include <memory>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/detection/find.h>
-#include <selvedge/simulation/detail/excluded_surfaces.h>
+#include <selvedge/simulation/contacts/detail/excluded_surfaces.h>
 #include <selvedge/simulation/detail/way_collisions.h>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/narrowphase/ccd_methods.h>
-#include <selvedge/simulation/detail/body_search.h>
+#include <selvedge/simulation/contacts/detail/body_search.h>
 
 #include <cmath>
 #include <numbers>

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/contact_filter.h>
-#include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/contacts/detail/contact_filter.h>
+#include <selvedge/simulation/contacts/detail/detection.h>
 #include <selvedge/simulation/detail/validate_step.h>
 
 #include <Eigen/Geometry>
@@ -346,7 +346,8 @@ void try_motion(Stage& stage, int step, Target target, bool exclude, bool on_the
     for (std::int32_t t = 0; t < 36; ++t) tangle.side[0].push_back(t);  // half of the first piece
     for (auto t = 72; t < static_cast<std::int32_t>(joint.triangles().size()); ++t)
       tangle.side[1].push_back(t);
-    excluded = detail::ExcludedPairs(joint, std::span(&tangle, 1));
+    excluded = detail::ExcludedPairs(joint);
+    excluded.add(joint, tangle.side);
     stage.detection().set_excluded(&excluded);
     stage.detection().find_candidates();
   }

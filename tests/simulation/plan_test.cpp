@@ -5,7 +5,7 @@
 #include <selvedge/narrowphase/ccd_methods.h>
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/idle_proofs.h>
+#include <selvedge/simulation/contacts/detail/idle_proofs.h>
 #include <selvedge/simulation/detail/strain_reach.h>
 #include <selvedge/simulation/internal/plan.h>
 #include <selvedge/simulation/run_result.h>

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/narrowphase/distance.h>
-#include <selvedge/simulation/detail/surface_union.h>
+#include <selvedge/simulation/contacts/detail/surface_union.h>
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/excluded_pairs.h>
+#include <selvedge/simulation/contacts/detail/excluded_pairs.h>
 
 #include <algorithm>
 
@@ -22,26 +22,25 @@ bool opposite(std::uint8_t a, std::uint8_t b) {
 
 }  // namespace
 
-ExcludedPairs::ExcludedPairs(const JointSurface& surface, std::span<const Tangle> tangles)
+ExcludedPairs::ExcludedPairs(const JointSurface& surface)
     : cloth_vertices_(surface.cloth_vertices()),
       cloth_edges_(surface.cloth_edges()),
-      cloth_triangles_(surface.cloth_triangles()) {
-  for (const Tangle& tangle : tangles) {
-    if (tangle.is_over()) continue;
-    Masks& masks = masks_.emplace_back();
-    masks.triangle.assign(surface.triangles().size(), 0);
-    for (int side = 0; side < 2; ++side)
-      for (const std::int32_t t : tangle.side[side])
-        masks.triangle[t] |= static_cast<std::uint8_t>(1 << side);
-    masks.edge.resize(surface.edges().size());
-    for (std::size_t e = 0; e < masks.edge.size(); ++e)
-      masks.edge[e] =
-          in_all(surface.triangles_of_edge(static_cast<std::int32_t>(e)), masks.triangle);
-    masks.vertex.resize(surface.vertices());
-    for (std::size_t v = 0; v < masks.vertex.size(); ++v)
-      masks.vertex[v] =
-          in_all(surface.triangles_of_vertex(static_cast<std::int32_t>(v)), masks.triangle);
-  }
+      cloth_triangles_(surface.cloth_triangles()) {}
+
+void ExcludedPairs::add(const JointSurface& surface,
+                        const std::array<std::vector<std::int32_t>, 2>& side) {
+  if (side[0].empty() || side[1].empty()) return;
+  Masks& masks = masks_.emplace_back();
+  masks.triangle.assign(surface.triangles().size(), 0);
+  for (int s = 0; s < 2; ++s)
+    for (const std::int32_t t : side[s]) masks.triangle[t] |= static_cast<std::uint8_t>(1 << s);
+  masks.edge.resize(surface.edges().size());
+  for (std::size_t e = 0; e < masks.edge.size(); ++e)
+    masks.edge[e] = in_all(surface.triangles_of_edge(static_cast<std::int32_t>(e)), masks.triangle);
+  masks.vertex.resize(surface.vertices());
+  for (std::size_t v = 0; v < masks.vertex.size(); ++v)
+    masks.vertex[v] =
+        in_all(surface.triangles_of_vertex(static_cast<std::int32_t>(v)), masks.triangle);
 }
 
 template <class Member>

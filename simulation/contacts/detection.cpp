@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/detection.h>
+#include <selvedge/simulation/contacts/detail/detection.h>
 
 namespace selvedge::detail {
 namespace {
@@ -66,13 +66,6 @@ SearchedMotion Detection::searched() const {
           .excluded_surfaces = surfaces.empty() ? nullptr : &surfaces,
           .body_pairs = candidates_.with_bodies(),
           .self_pairs = candidates_.with_self()};
-}
-
-std::map<std::string, PlanFigures> Detection::plan_figures() const {
-  std::map<std::string, PlanFigures> figures;
-  for (const auto& [part, count] : plan_.counts())
-    figures[part] = {count.asked, count.idle, count.saved_s()};
-  return figures;
 }
 
 }  // namespace selvedge::detail

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <selvedge/scene/methods.h>
-#include <selvedge/simulation/detail/body_search.h>
-#include <selvedge/simulation/detail/certificates.h>
-#include <selvedge/simulation/detail/excluded_pairs.h>
-#include <selvedge/simulation/detail/excluded_surfaces.h>
-#include <selvedge/simulation/detail/search_context.h>
+#include <selvedge/simulation/contacts/detail/body_search.h>
+#include <selvedge/simulation/contacts/detail/certificates.h>
+#include <selvedge/simulation/contacts/detail/excluded_pairs.h>
+#include <selvedge/simulation/contacts/detail/excluded_surfaces.h>
+#include <selvedge/simulation/contacts/detail/search_context.h>
 
 #include <memory>
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/excluded_surfaces.h>
+#include <selvedge/simulation/contacts/detail/excluded_surfaces.h>
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/detection/find.h>
-#include <selvedge/simulation/detail/search_context.h>
+#include <selvedge/simulation/contacts/detail/search_context.h>
 
 #include <string>
 #include <utility>

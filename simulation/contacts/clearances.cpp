@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/narrowphase/distance.h>
-#include <selvedge/simulation/detail/clearances.h>
+#include <selvedge/simulation/contacts/detail/clearances.h>
 
 #include <algorithm>
 #include <array>

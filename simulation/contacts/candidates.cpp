@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/simulation/detail/candidates.h>
-#include <selvedge/simulation/detail/contacts.h>
+#include <selvedge/simulation/contacts/detail/candidates.h>
+#include <selvedge/simulation/contacts/detail/contacts.h>
 
 #include <algorithm>
 #include <limits>

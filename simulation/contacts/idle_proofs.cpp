@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/simulation/detail/idle_proofs.h>
+#include <selvedge/simulation/contacts/detail/idle_proofs.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

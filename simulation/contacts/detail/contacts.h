@@ -2,9 +2,9 @@
 #pragma once
 
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/candidates.h>
-#include <selvedge/simulation/detail/contact_filter.h>
-#include <selvedge/simulation/detail/surface_union.h>
+#include <selvedge/simulation/contacts/detail/candidates.h>
+#include <selvedge/simulation/contacts/detail/contact_filter.h>
+#include <selvedge/simulation/contacts/detail/surface_union.h>
 
 #include <utility>
 #include <vector>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/response/fail_safe.h>
-#include <selvedge/simulation/detail/contacts.h>
+#include <selvedge/simulation/contacts/detail/contacts.h>
 
 #include <vector>
 

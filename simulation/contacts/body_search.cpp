@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/body_search.h>
+#include <selvedge/simulation/contacts/detail/body_search.h>
 
 #include <algorithm>
 #include <limits>

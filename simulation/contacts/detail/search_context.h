@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/simulation/detail/detection_plan.h>
-#include <selvedge/simulation/detail/phase_clock.h>
-#include <selvedge/simulation/detail/scene_motion.h>
+#include <selvedge/simulation/contacts/detail/detection_plan.h>
+#include <selvedge/simulation/contacts/detail/phase_clock.h>
+#include <selvedge/simulation/contacts/detail/scene_motion.h>
 
 namespace selvedge::detail {
 

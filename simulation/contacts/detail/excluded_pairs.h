@@ -3,8 +3,8 @@
 
 #include <selvedge/core/base/collision_types.h>
 #include <selvedge/detection/internal/joint_surface.h>
-#include <selvedge/simulation/simulation_state.h>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -16,7 +16,10 @@ namespace selvedge::detail {
 class ExcludedPairs {
  public:
   ExcludedPairs() = default;
-  ExcludedPairs(const JointSurface& surface, std::span<const Tangle> tangles);
+  /// None yet.
+  explicit ExcludedPairs(const JointSurface& surface);
+  /// Adds those of a tangle, unless one of its sides is empty. `side`: joint triangles, sorted.
+  void add(const JointSurface& surface, const std::array<std::vector<std::int32_t>, 2>& side);
 
   bool empty() const { return masks_.empty(); }
   bool excludes_triangles(std::int32_t a, std::int32_t b) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/types.h>
-#include <selvedge/simulation/detail/scene_motion.h>
+#include <selvedge/simulation/contacts/detail/scene_motion.h>
 
 namespace selvedge::detail {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/crossings.h>
+#include <selvedge/simulation/contacts/detail/crossings.h>
 
 #include <algorithm>
 #include <array>

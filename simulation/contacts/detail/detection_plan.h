@@ -2,7 +2,7 @@
 #pragma once
 
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/idle_proofs.h>
+#include <selvedge/simulation/contacts/detail/idle_proofs.h>
 
 #include <map>
 #include <span>

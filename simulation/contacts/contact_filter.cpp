@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/contact_filter.h>
+#include <selvedge/simulation/contacts/detail/contact_filter.h>
 
 namespace selvedge::detail {
 

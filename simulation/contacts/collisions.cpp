@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/collisions.h>
+#include <selvedge/simulation/contacts/detail/collisions.h>
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 
 #include <selvedge/core/base/collision_types.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/detail/scene_motion.h>
+#include <selvedge/simulation/contacts/detail/scene_motion.h>
 
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/simulation/detail/detection_plan.h>
+#include <selvedge/simulation/contacts/detail/detection_plan.h>
 
 #include <algorithm>
 #include <cmath>

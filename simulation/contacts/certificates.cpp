@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/simulation/detail/certificates.h>
+#include <selvedge/simulation/contacts/detail/certificates.h>
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/narrowphase/distance.h>
-#include <selvedge/simulation/detail/contact_filter.h>
-#include <selvedge/simulation/detail/surface_union.h>
+#include <selvedge/simulation/contacts/detail/contact_filter.h>
+#include <selvedge/simulation/contacts/detail/surface_union.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/simulation/detail/candidates.h>
-#include <selvedge/simulation/detail/clearances.h>
-#include <selvedge/simulation/detail/collisions.h>
-#include <selvedge/simulation/detail/contacts.h>
-#include <selvedge/simulation/detail/crossings.h>
-#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/contacts/detail/candidates.h>
+#include <selvedge/simulation/contacts/detail/clearances.h>
+#include <selvedge/simulation/contacts/detail/collisions.h>
+#include <selvedge/simulation/contacts/detail/contacts.h>
+#include <selvedge/simulation/contacts/detail/crossings.h>
 
 #include <map>
 #include <memory>
@@ -95,8 +94,8 @@ class Detection final : public Clearances {
   std::size_t body_vertices() const { return motion_.body_vertices(); }
   /// The present motion with the candidates that find_collisions used last.
   SearchedMotion searched() const;
-  /// By part: how often it was left out so far, and the time that this saved.
-  std::map<std::string, PlanFigures> plan_figures() const;
+  /// By part: how often it was asked for and left out so far, and the time that this saved.
+  std::map<std::string, IdleCount> counts() const { return plan_.counts(); }
 
  private:
   SceneMotion motion_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/simulation/detail/contacts.h>
+#include <selvedge/simulation/contacts/detail/contacts.h>
 
 #include <memory>
 #include <utility>

@@ -2,6 +2,7 @@
 """Runs in Blender: bakes with the add-on and checks what comes back. See check.sh addon."""
 import importlib.util
 import sys
+import time
 from math import radians
 from pathlib import Path
 
@@ -74,7 +75,7 @@ def make_scene():
     cloth.scale = (2, 2, 2)  # one metre in the world
     cloth.rotation_euler = (0, 0, radians(30))
     cloth.location = (0, 0, RADIUS + 0.02)
-    scene.selvedge.cloth = cloth
+    cloth.selvedge_cloth.enabled = True
     scene.selvedge.thickness = THICKNESS
     scene.selvedge.cache_folder = str(WORK / "cache")
     return scene, cloth, ball
@@ -102,33 +103,41 @@ def check_pins(scene, cloth):
     group = cloth.vertex_groups.new(name="pins")
     group.add([0, 20], 1.0, "REPLACE")
     group.add([5], 0.2, "REPLACE")
-    scene.selvedge.pins = "pins"
+    cloth.selvedge_cloth.pins = "pins"
     start = drawn(cloth, 1)
     assert bpy.ops.selvedge.bake() == {"FINISHED"}
     moved = np.linalg.norm(drawn(cloth, FRAMES) - start, axis=1)
     assert moved[[0, 20]].max() < 1e-6 and moved[5] > 0.01, moved[[0, 5, 20]]
-    scene.selvedge.pins = ""
+    cloth.selvedge_cloth.pins = ""
     say("pinned vertices stay, others move")
 
 
 def check_fabric(scene, cloth):
-    scene.selvedge.fabric = "petrak_2025/M1"
+    cloth.selvedge_cloth.fabric = "petrak_2025/M1"
     before = drawn(cloth, FRAMES)
     assert bpy.ops.selvedge.bake() == {"FINISHED"}
     assert np.abs(drawn(cloth, FRAMES) - before).max() > 1e-3
-    scene.selvedge.fabric = "default"
+    cloth.selvedge_cloth.fabric = "default"
     say("another fabric drapes differently")
 
 
-def check_refusals(scene, cloth):
+def check_refusals(scene, cloth, ball):
     height = cloth.location.z
     cloth.location.z = 0.1
     refused("crosses")
     cloth.location.z = height
-    scene.selvedge.cloth = None
-    refused("choose a mesh as cloth")
-    scene.selvedge.cloth = cloth
-    say("cloth that starts in the ball is refused with the sentence of the program")
+    cloth.selvedge_cloth.enabled = False
+    refused("mark a mesh as cloth")
+    cloth.selvedge_cloth.enabled = True
+    ball.hide_viewport = True
+    refused("Sphere: marked as collider, but hidden")
+    ball.hide_viewport = False
+    curve = bpy.data.objects.new("rope", bpy.data.curves.new("rope", "CURVE"))
+    bpy.context.collection.objects.link(curve)
+    curve.selvedge_collider = True
+    refused("rope: marked as collider, but no mesh")
+    bpy.data.objects.remove(curve)
+    say("cloth that starts in the ball, a hidden collider and one that is no mesh are refused by name")
 
 
 def check_flags(scene, cloth):
@@ -175,6 +184,116 @@ def check_bent_collider(scene, cloth, ball):
     say("a collider whose quads are bent bakes; one whose faces change is refused")
 
 
+def pinned(cloth, name, vertices):
+    cloth.vertex_groups.new(name=name).add(vertices, 1.0, "REPLACE")
+    cloth.selvedge_cloth.pins = name
+
+
+def check_moving_pins(scene, cloth):
+    """A hook lifts one corner, a bone another; the parent of the cloth moves and turns all pins."""
+    hook = bpy.data.objects.new("hook", None)
+    rig = bpy.data.objects.new("rig", bpy.data.armatures.new("rig"))
+    parent = bpy.data.objects.new("parent", None)
+    for obj in (hook, rig, parent):
+        bpy.context.collection.objects.link(obj)
+    bpy.context.view_layer.objects.active = rig
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = rig.data.edit_bones.new("lift")
+    bone.head, bone.tail = (0, 0, 0), (0, 0, 1)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    cloth.vertex_groups.new(name="hooked").add([0], 1.0, "REPLACE")
+    cloth.vertex_groups.new(name="lift").add([20], 1.0, "REPLACE")
+    modifier = cloth.modifiers.new("hook", "HOOK")
+    modifier.object, modifier.vertex_group = hook, "hooked"
+    cloth.modifiers.new("bones", "ARMATURE").object = rig
+    pinned(cloth, "corners", [0, 20, 420, 440])
+    for frame, share in ((1, 0.0), (FRAMES, 1.0)):
+        hook.location = (0, 0, 0.1 * share)
+        hook.keyframe_insert("location", frame=frame)
+        parent.location, parent.rotation_euler = (0.1 * share, 0, 0.05 * share), (0, 0, 0.3 * share)
+        parent.keyframe_insert("location", frame=frame)
+        parent.keyframe_insert("rotation_euler", frame=frame)
+        rig.pose.bones["lift"].location = (0, 0.1 * share, 0)
+        rig.pose.bones["lift"].keyframe_insert("location", frame=frame)
+    scene.frame_set(1)
+    cloth.parent = parent
+    if cloth.modifiers.get("selvedge cache"):
+        cloth.modifiers.remove(cloth.modifiers["selvedge cache"])
+    wanted = {frame: drawn(cloth, frame)[[0, 20, 420, 440]] for frame in (1, 9, FRAMES)}
+    assert np.abs(wanted[FRAMES] - wanted[1]).max() > 0.1, "the pins move"
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    assert [m.name for m in cloth.modifiers] == ["hook", "bones", "selvedge cache"]
+    for frame, x in wanted.items():
+        off = np.abs(drawn(cloth, frame)[[0, 20, 420, 440]] - x).max()
+        assert off < 2e-6, f"a pin is {off} m off at frame {frame}"
+    cloth.parent = None
+    for name in ("hook", "bones"):
+        cloth.modifiers.remove(cloth.modifiers[name])
+    cloth.selvedge_cloth.pins = ""
+    say("pins follow a hook, a bone and the parent of the cloth to 2e-6 m")
+
+
+def check_several_cloths(scene, cloth):
+    """Two cloths, one over the other, of two fabrics; the sewing edges of a third close."""
+    upper = grid_object("upper", 12, 0.4)
+    upper.location = (0, 0, RADIUS + 0.06)
+    upper.selvedge_cloth.enabled, upper.selvedge_cloth.fabric = True, "petrak_2025/M2"
+    flaps = grid_object("flaps", 4, 0.1)
+    points = [tuple(v.co) for v in flaps.data.vertices]
+    faces = [tuple(p.vertices) for p in flaps.data.polygons]
+    n = len(points)
+    both = points + [(x, y, z + 0.03) for x, y, z in points]
+    edges = [(k, k + n) for k in range(5)]
+    mesh = bpy.data.meshes.new("flaps")
+    mesh.from_pydata(both, edges, faces + [tuple(v + n for v in f) for f in faces])
+    flaps.data, flaps.location = mesh, (0.8, 0, 0.5)
+    flaps.selvedge_cloth.enabled = True
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    assert scene.selvedge.status == f"{FRAMES} frames", scene.selvedge.status
+    top, below = drawn(upper, FRAMES), drawn(cloth, FRAMES)
+    assert top[:, 2].max() > below[:, 2].max() and np.abs(top[:, 2].min() - drawn(upper, 1)[:, 2].min()) > 0.01
+    x = drawn(flaps, FRAMES)
+    opening = np.linalg.norm(x[:5] - x[n : n + 5], axis=1)
+    assert opening.max() < 0.01, opening
+    for obj in (upper, flaps):
+        bpy.data.objects.remove(obj)
+    say(f"two cloths of two fabrics, and sewing edges that close to {1000 * opening.max():.1f} mm")
+
+
+def check_cancel(scene, cloth):
+    bake = addon.Bake(bpy.context)
+    while bake.progress() == 0.0 and bake.process.poll() is None:
+        time.sleep(0.02)
+    assert 0.0 < bake.progress() <= 1.0
+    bake.cancel()
+    bake.process.wait()
+    frames = bake.load(bpy.context)
+    bake.remove()
+    assert 1 < frames <= FRAMES and not bake.folder.exists()
+    assert not bpy.ops.selvedge.cancel.poll(), "nothing runs"
+    say(f"a cancelled bake keeps its {frames} frames")
+
+
+def check_saved_file(scene, cloth):
+    """The cache lies beside the file, by relative path: it survives saving, moving and opening both."""
+    scene.selvedge.cache_folder = ""
+    first, second = WORK / "one", WORK / "two"
+    first.mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(first / "drape.blend"))
+    assert bpy.ops.selvedge.bake() == {"FINISHED"}
+    assert cloth.modifiers["selvedge cache"].filepath == "//selvedge_cache/sheet.pc2"
+    assert (first / "selvedge_cache" / "sheet.pc2").is_file()
+    end, name = drawn(cloth, FRAMES), cloth.name
+    bpy.ops.wm.save_mainfile()
+    first.rename(second)
+    bpy.ops.wm.open_mainfile(filepath=str(second / "drape.blend"))
+    again = bpy.data.objects[name]
+    assert again.selvedge_cloth.enabled
+    assert np.array_equal(drawn(again, FRAMES), end), "the reopened file shows the same cloth"
+    say("a saved file finds its cache after it was moved and opened again")
+    return bpy.context.scene, again
+
+
 def draw(scene, cloth, picture):
     cloth.data.materials.append(bpy.data.materials.new("dye"))
     cloth.data.materials[0].diffuse_color = (0.6, 0.12, 0.1, 1)
@@ -205,10 +324,14 @@ if len(ARGUMENTS) > 1:
     draw(scene, cloth, ARGUMENTS[1])
 check_pins(scene, cloth)
 check_fabric(scene, cloth)
-check_refusals(scene, cloth)
+check_refusals(scene, cloth, ball)
 check_flags(scene, cloth)
 check_bent_collider(scene, cloth, ball)
 check_second_modifier(scene, cloth)
+check_several_cloths(scene, cloth)
+check_moving_pins(scene, cloth)
+check_cancel(scene, cloth)
+scene, cloth = check_saved_file(scene, cloth)
 assert bpy.ops.selvedge.clear() == {"FINISHED"}
 assert "selvedge cache" not in cloth.modifiers
 addon.unregister()

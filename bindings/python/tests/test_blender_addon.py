@@ -85,9 +85,11 @@ def exported(addon, folder, meshes):
     body.evaluated_get = lambda graph: body
     body.to_mesh = lambda: meshes[scene.frame - 1]
     body.to_mesh_clear = lambda: None
+    body.hide_viewport, body.hide_get = False, lambda: False
     scene.objects = [body]
     context = SimpleNamespace(scene=scene, evaluated_depsgraph_get=lambda: None)
-    return addon.export_colliders(context, folder, None, 1.0, 24.0)
+    motion = addon.Motion(context, [], addon.colliders(scene, []), 1.0)
+    return addon.export_colliders(motion, folder, 24.0)
 
 
 def test_a_bent_collider_keeps_the_triangles_of_its_first_frame(addon, tmp_path):
@@ -119,7 +121,41 @@ def test_the_cache_is_before_the_modifiers_that_the_cloth_has(addon, tmp_path, h
     addon.bpy.ops.object.modifier_move_to_index = lambda modifier, index: move(
         modifiers.find(modifier), index
     )
-    bake = SimpleNamespace(cloth=SimpleNamespace(modifiers=modifiers))
+    cloth = SimpleNamespace(modifiers=modifiers)
     for _ in range(2):
-        addon.Bake.attach(bake, tmp_path / "cache.pc2", 1)
+        addon.Bake.attach(None, cloth, tmp_path / "cache.pc2", 1)
         assert [m.name for m in modifiers] == ["selvedge cache", "Subdivision", "Smooth"]
+    modifiers.insert(0, SimpleNamespace(name="Hook", type="HOOK"))
+    modifiers.insert(1, modifiers.pop(2))
+    addon.Bake.attach(None, cloth, tmp_path / "cache.pc2", 1)
+    assert [m.name for m in modifiers] == ["Hook", "selvedge cache", "Subdivision", "Smooth"]
+
+
+def test_sewing_edges_become_rows_that_name_a_vertex_once(addon):
+    polygons = [SimpleNamespace(edge_keys=[(0, 1), (1, 2), (0, 2)])]
+    edges = [SimpleNamespace(vertices=pair) for pair in ((1, 0), (0, 3), (1, 4), (0, 5))]
+    seams = addon.sewing_seams("skirt", SimpleNamespace(polygons=polygons, edges=edges))
+    rows = [[side["select"] for side in seam["sides"]] for seam in seams]
+    assert rows == [[[0, 1], [3, 4]], [[0], [5]]]
+    assert seams[0]["sides"][0]["geometry"] == "skirt"
+
+
+def test_pins_that_move_alike_share_a_handle(addon, monkeypatch):
+    rest = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0.0]])
+    moved = rest + [[0, 0, 1], [0, 0, 1], [0, 0, 0], [0, 1, 0]]
+    monkeypatch.setattr(addon, "held_vertices", lambda cloth, group: [0, 1, 2, 3])
+    cloth = Body(name="flag", selvedge_cloth=SimpleNamespace(pins="pins"))
+    handles = addon.pin_handles(SimpleNamespace(states={cloth: [rest, moved]}), cloth, "cloth_0", 24.0)
+    assert [h["select"] for h in handles] == [[0, 1], [2], [3]]
+    assert "motion" not in handles[1]
+    assert handles[0]["motion"][1] == {"time": 1 / 24, "translation": [0.0, 0.0, 1.0]}
+
+
+def test_hidden_colliders_and_those_without_a_mesh_are_named(addon):
+    def marked(name, kind, hidden):
+        return Body(name=name, type=kind, selvedge_collider=True, hide_viewport=hidden, hide_get=lambda: False)
+
+    with pytest.raises(addon.BakeError, match="^rope, lamp: marked as collider, but no mesh"):
+        addon.colliders(SimpleNamespace(objects=[marked("rope", "CURVE", False), marked("lamp", "LIGHT", True)]), [])
+    with pytest.raises(addon.BakeError, match="^ball: marked as collider, but hidden"):
+        addon.colliders(SimpleNamespace(objects=[marked("ball", "MESH", True)]), [])

@@ -29,7 +29,8 @@ using Json = nlohmann::ordered_json;
 struct DrapeOptions {
   std::vector<std::string> names;
   int seeds = 5, cells = 32, levels = 2;
-  bool woven = false, json = false;
+  bool json = false;
+  std::string mesh = "arc";
   std::string stretch_law;     // empty: the fabric's
   std::string geometric, out;  // scene and mesh of a geometric drape
   int most_sweeps = GeometricDrapeConfig{}.most_sweeps;
@@ -45,7 +46,9 @@ struct DrapeRow {
 DrapeRow compute(const Fabric& fabric, const DrapeOptions& o) {
   DrapeSeries series{.trial = {}, .seeds = o.seeds, .levels = o.levels};
   series.trial.cells = o.cells;
-  series.trial.polar = !o.woven;
+  series.trial.mesh = o.mesh == "woven"        ? DrapeMesh::woven
+                      : o.mesh == "triangular" ? DrapeMesh::triangular
+                                               : DrapeMesh::arc;
   Material material = fabric.material;
   if (!o.stretch_law.empty()) material.stretch_law = o.stretch_law;
   return {fabric.name, fabric.constants.drape_coefficient, drape_series(material, series)};
@@ -155,9 +158,8 @@ void run_command(const DrapeOptions& o) {
     print_escaped(
         "drape coefficient, %; {} cm on 18 cm, held on the support, {} mesh, {} cells, {}"
         "\n{:<32}{:>9}{:>10}{:>8}{:>8}{:>7}{:>8}{:>8}{:>11}  {}\n",
-        200.0 * DrapeSeries{}.trial.specimen, o.woven ? "woven" : "polar", o.cells,
-        counted(o.seeds, "seed"), "fabric", "measured", "computed", "spread", "limit", "+-",
-        "error", "strips", "unsettled", "folds");
+        200.0 * DrapeSeries{}.trial.specimen, o.mesh, o.cells, counted(o.seeds, "seed"), "fabric",
+        "measured", "computed", "spread", "limit", "+-", "error", "strips", "unsettled", "folds");
   Json rows = Json::array();
   Heartbeat heartbeat("drape");
   for (std::size_t i = 0; i < fabrics.size(); ++i) {
@@ -177,11 +179,15 @@ void add_drape_options(const Command& command) {
   command.option("FABRIC", o->names, "Fabric names or files (default: the six of petrak_2025)");
   command.option("--seeds", o->seeds, "Number of drapes of each fabric, each with its own seed")
       .range(1, 1000);
-  command.option("--cells", o->cells, "Cells from the centre to the rim, of the size at the rim")
+  command
+      .option("--cells", o->cells,
+              "Cells from the centre to the rim, of the size at the rim; of other meshes across")
       .range(4, 1000);
-  command.flag("--woven", o->woven,
-               "Use a woven disc instead of a polar mesh, --cells across it; converges "
-               "slowly");
+  command
+      .option("--mesh", o->mesh,
+              "Rings and spokes (arc), a grid cut to a disc (woven), which converges slowly, or "
+              "triangles (triangular)")
+      .one_of({"arc", "woven", "triangular"});
   command
       .option("--stretch-law", o->stretch_law,
               "Springs (hooke) or finite elements instead of the fabric's own law")

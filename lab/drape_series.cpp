@@ -38,7 +38,7 @@ DrapeStatistics drape_series(const Material& material, const DrapeSeries& series
     for (std::size_t s = begin; s < end; ++s) {
       DrapeTrial trial = series.trial;
       trial.seed = static_cast<std::uint32_t>(s + 1);
-      if (s == 0 && trial.polar)
+      if (s == 0 && trial.mesh == DrapeMesh::arc)
         outcomes[s] = drape_refined(material, trial, series.levels);
       else
         outcomes[s].push_back(drape(material, trial));

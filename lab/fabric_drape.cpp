@@ -66,10 +66,41 @@ PolarMesh polar_mesh(const DrapeTrial& t) {
   return mesh;
 }
 
+/// Rings about the centre, the k-th of 6 k vertices, `cells` edges across the disc.
+TriangleMesh triangular_disc(double radius, std::int32_t cells) {
+  require(cells >= 4 && cells % 2 == 0, "cells across the disc", cells, "even and at least 4");
+  const std::int32_t rings = cells / 2;
+  TriangleMesh disc;
+  disc.vertices.emplace_back(0.0, 0.0, 0.0);
+  const auto vertex = [](std::int32_t ring, std::int32_t k) {
+    return ring == 0 ? 0 : 1 + 3 * ring * (ring - 1) + k % (6 * ring);
+  };
+  for (std::int32_t ring = 1; ring <= rings; ++ring)
+    for (std::int32_t k = 0; k < 6 * ring; ++k) {
+      const double angle = 2.0 * std::numbers::pi * k / (6 * ring), r = radius * ring / rings;
+      disc.vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.0);
+    }
+  for (std::int32_t ring = 1; ring <= rings; ++ring)
+    for (std::int32_t sector = 0; sector < 6; ++sector)
+      for (std::int32_t k = 0; k < ring; ++k) {
+        const std::int32_t outer = sector * ring + k, inner = sector * (ring - 1) + k;
+        disc.triangles.push_back(
+            {vertex(ring - 1, inner), vertex(ring, outer), vertex(ring, outer + 1)});
+        if (k + 1 < ring)
+          disc.triangles.push_back(
+              {vertex(ring - 1, inner), vertex(ring, outer + 1), vertex(ring - 1, inner + 1)});
+      }
+  return disc;
+}
+
 ClothMesh make_specimen(Material material, const DrapeTrial& trial) {
   material.spring_damping = std::max(material.spring_damping, trial.damping);
   material.bending_damping = std::max(material.bending_damping, trial.damping);
-  if (!trial.polar) return make_woven_disc(trial.specimen, trial.cells, material);
+  if (trial.mesh == DrapeMesh::woven) return make_woven_disc(trial.specimen, trial.cells, material);
+  if (trial.mesh == DrapeMesh::triangular) {
+    const TriangleMesh disc = triangular_disc(trial.specimen, trial.cells);
+    return make_from_mesh(disc, disc, material);
+  }
   const PolarMesh mesh = polar_mesh(trial);
   return make_rings(mesh.radii, mesh.spokes, material);
 }
@@ -78,7 +109,7 @@ ClothMesh make_specimen(Material material, const DrapeTrial& trial) {
 double held_radius(const DrapeTrial& trial) {
   constexpr double rounding = 1e-9;
   if (trial.hold != DrapeHold::held) return rounding;
-  if (!trial.polar) return trial.support + trial.specimen / trial.cells;
+  if (trial.mesh != DrapeMesh::arc) return trial.support + trial.specimen / trial.cells;
   const PolarMesh mesh = polar_mesh(trial);
   return mesh.radii[mesh.held - 1] * (1.0 + rounding);
 }
@@ -261,7 +292,8 @@ DrapeOutcome drape(const Material& material, const DrapeTrial& trial) {
 std::vector<DrapeOutcome> drape_refined(const Material& material, const DrapeTrial& trial,
                                         std::int32_t levels) {
   require(levels >= 1, "levels", levels, "at least 1");
-  require(trial.polar, "polar", 0, "true: only polar meshes are refined");
+  require(trial.mesh == DrapeMesh::arc, "mesh", static_cast<int>(trial.mesh),
+          "arc: the others are not refined");
   std::vector<DrapeOutcome> outcomes{drape(material, trial)};
   DrapeTrial coarse = trial, fine = trial;
   for (; static_cast<std::int32_t>(outcomes.size()) < levels; coarse = fine) {

@@ -18,17 +18,23 @@ enum class DrapeHold {
   laid,  ///< on one disc, from which it can lift and on which it does not slide
 };
 
+/// The mesh of a drape test.
+enum class DrapeMesh {
+  arc,         ///< rings and spokes, whose shear does not distinguish warp and weft
+  woven,       ///< cells of a grid cut to a disc; needs cells of a third of the bending length and
+               ///< converges slowly (docs/fabrics.md)
+  triangular,  ///< triangles in rings, which know no warp and weft
+};
+
 /// A simulated drape test without bodies or collisions.
 struct DrapeTrial {
   double specimen = 0.15;  ///< m, radius of the cloth, > support
   double support = 0.09;   ///< m, radius of the support, > 0
   DrapeHold hold = DrapeHold::held;
-  /// If polar: cells from centre to rim, at the cell size of the rim; else cells across the disc.
+  /// Of arc: cells from centre to rim, at the cell size of the rim; else cells across the disc.
   std::int32_t cells = 20;
-  /// True: an arc mesh, whose shear does not distinguish warp and weft. False: a woven disc, which
-  /// needs cells of a third of the bending length and converges slowly (docs/fabrics.md).
-  bool polar = true;
-  /// Ratio of the ring spacing at the rim to that at the support, >= 1; only if polar. The weight
+  DrapeMesh mesh = DrapeMesh::arc;
+  /// Ratio of the ring spacing at the rim to that at the support, >= 1; only of arc. The weight
   /// of the overhang bends the cloth over the edge within a few millimetres, √(B/tension).
   double grading = 4.0;
   /// Seed of the initial height noise, which selects the folds.
@@ -56,7 +62,7 @@ struct DrapeOutcome {
 /// number is out of range.
 DrapeOutcome drape(const Material& material, const DrapeTrial& trial);
 /// Runs `trial` and then `levels` - 1 refinements, each with twice the cells of the previous one
-/// and started from its final shape, so all have the same folds. `levels` >= 1; polar meshes only.
+/// and started from its final shape, so all have the same folds. `levels` >= 1; of arc only.
 std::vector<DrapeOutcome> drape_refined(const Material& material, const DrapeTrial& trial,
                                         std::int32_t levels);
 
@@ -78,8 +84,8 @@ MeshLimit mesh_limit(std::span<const double> values);
 struct DrapeSeries {
   DrapeTrial trial;        ///< its seed is replaced by 1, 2, ...
   std::int32_t seeds = 5;  ///< >= 1
-  /// Meshes of the first seed, each with twice the cells of the one before; 1: no refinement. Polar
-  /// meshes only; others are not refined.
+  /// Meshes of the first seed, each with twice the cells of the one before; 1: no refinement. Of
+  /// arc only; the others are not refined.
   std::int32_t levels = 2;
 };
 

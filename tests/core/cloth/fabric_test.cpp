@@ -452,6 +452,48 @@ TEST(DrapeTrial, FinerMeshesKeepTheFoldsAndApproachEachOther) {
     EXPECT_LT((coarse[coarse.size() - k] - fine[fine.size() - (2 * k)]).norm(), 0.01) << k;
 }
 
+TEST(DrapeTrial, ATriangularDiscCoversItsCircleWithoutLongEdges) {
+  const Material m;
+  DrapeTrial trial;
+  trial.mesh = DrapeMesh::triangular;
+  trial.cells = 16;
+  trial.most_steps = 1;
+  trial.step = 1e-9;
+  const TriangleMesh disc = drape(m, trial).shape;
+  constexpr int rings = 8;
+  EXPECT_EQ(disc.triangles.size(), 6u * rings * rings);
+  EXPECT_EQ(disc.vertices.size(), 1u + 3u * rings * (rings + 1));
+  double area = 0.0;
+  for (const Triangle& t : disc.triangles) {
+    const Vec3 &a = disc.vertices[t[0]], &b = disc.vertices[t[1]], &c = disc.vertices[t[2]];
+    area += 0.5 * (b - a).cross(c - a).z();
+    for (const double edge : {(b - a).norm(), (c - b).norm(), (a - c).norm()}) {
+      EXPECT_GT(edge / (trial.specimen / rings), 0.95);
+      EXPECT_LT(edge / (trial.specimen / rings), std::numbers::sqrt2);
+    }
+  }
+  const double sides = 6.0 * rings;  // of the rim
+  EXPECT_NEAR(
+      area,
+      0.5 * sides * trial.specimen * trial.specimen * std::sin(2.0 * std::numbers::pi / sides),
+      1e-6);
+  trial.cells = 15;
+  EXPECT_THROW(drape(m, trial), std::invalid_argument);
+}
+
+TEST(DrapeTrial, ATriangularDiscIsFlatIfStiffAndHangsIfSoft) {
+  DrapeTrial trial;
+  trial.mesh = DrapeMesh::triangular;
+  Material m;
+  m.bending_stiffness = 1e-2;
+  EXPECT_GT(drape(m, trial).coefficient, 97.0);
+  m.bending_stiffness = 1e-5;
+  const DrapeOutcome soft = drape(m, trial);
+  EXPECT_TRUE(soft.settled);
+  EXPECT_LT(soft.coefficient, 60.0);
+  EXPECT_GT(soft.coefficient, strip_drape_coefficient(bending_length(1e-5, m.density)));
+}
+
 TEST(DrapeTrial, EveryMeshStartsFromTheSameSurface) {
   Material m;
   DrapeTrial trial;

@@ -70,7 +70,7 @@ double pick(std::vector<double> values, bool least) {
   return values[place];
 }
 
-std::string milliseconds(double seconds) { return fmt::format("{:.2f}", 1e3 * seconds); }
+std::string milliseconds(double seconds) { return fmt::format("{:.3f}", 1e3 * seconds); }
 
 /// Times one call, in seconds.
 double detect(BroadPhase& detector, const Scene& scene, CandidatePairs& out) {

@@ -4,8 +4,11 @@
 // strain: time, sweeps, strain, momentum and energy (survey section 4.6, claims on its Fig. 21, 22
 // and Table VI).
 //   bench limiters [--frames 30] [--cells 49] [--repeats 3] [--markdown]
+//   bench limiters --replay [--stiffness 3] [--seeds 5] [--cells 49]: times the limiters alone, on
+//   the same ends of steps and to the same residual (limiter_replay.h; claims C4 and C5)
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/base/internal/stopwatch.h>
+#include <selvedge/core/base/parallel.h>
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/run_result.h>
@@ -16,6 +19,7 @@
 #include <cmath>
 
 #include "bench.h"
+#include "limiter_replay.h"
 #include "table.h"
 
 namespace {
@@ -100,12 +104,22 @@ std::string number(const char* format, double value) {
 int bench_limiters(int argc, char** argv) {
   CommandLine app("Strain limiters on one swinging cloth");
   int frames = 30, cells = 49, repeats = 3;
-  bool markdown = false;
+  bool markdown = false, replay = false;
+  bench::ReplayOptions drapes;
   app.option("--frames", frames, "Frames of 1/60 s").range(1, 100000);
   app.option("--cells", cells, "Cells along a side").range(1, 1000);
   app.option("--repeats", repeats, "Runs, interleaved; times are minima").range(1, 100);
   app.flag("--markdown", markdown, "Print the table in Markdown");
+  app.flag("--replay", replay, "Time the limiters alone, on the ends of the steps of drapes");
+  app.option("--stiffness", drapes.stiffness, "Of the springs of --replay, N/m");
+  app.option("--seeds", drapes.seeds, "Drapes of --replay").range(1, 100);
   if (const auto code = app.parse(argc, argv)) return *code;
+  if (replay) {
+    drapes.cells = cells;
+    const ThreadLimit one(1);
+    fmt::print("{}", bench::replay_limiters(drapes));
+    return 0;
+  }
   std::map<std::string, Outcome> outcomes;
   for (int r = 0; r < repeats; ++r)
     for (const auto& [name, entry] : strain_limiters()) run(name, cells, frames, outcomes[name]);

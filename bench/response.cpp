@@ -43,6 +43,7 @@ BenchOptions parse(int argc, char** argv) {
       .range(2, 200);
   app.option("--claim-cells", options.claims.cells, "Cells per side of the timed pairs")
       .range(2, 200);
+  app.option("--claim", options.claims.only, "Only this claim: C9, C10, C28 or C29");
   app.option("--repeats", options.claims.repeats, "Timed pairs of each scene").range(2, 1000);
   app.option("--seed", options.claims.seed, "Seed of the samples and the bootstrap");
   app.option("--threads", options.threads, "Threads; 0: all").range(0, 1024);

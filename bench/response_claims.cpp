@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -100,6 +101,64 @@ void print_c9(const ClaimOptions& options) {
     for (ResponseCase c : {ball(options.cells), table(options.cells)}) {
       c.scene.time.energy_guard = false;
       print_pairs(c, {"position_velocity", {}}, {"penalty", config}, options);
+    }
+  }
+}
+
+// Equal motion: both responses take the same few steps from the same states of a drape.
+
+constexpr int kStates = 12, kStepsFromState = 4;
+
+std::vector<SimulationState> states_of(const ResponseCase& c) {
+  Simulation simulation(c.scene, build_scene(c.scene));
+  std::vector<SimulationState> states;
+  for (int k = 1; k <= kStates; ++k) {
+    simulation.advance_to_frame(k * c.frames / kStates);
+    states.push_back(simulation.state());
+    states.back().contact_memory.clear();  // of a response that neither of both is
+  }
+  return states;
+}
+
+/// Processor time of the steps from each state.
+std::vector<double> seconds_from(const ResponseCase& c, const Rival& rival,
+                                 const std::vector<SimulationState>& states) {
+  Scene scene = c.scene;
+  scene.time.frames = 2 * c.frames;
+  scene.contact.response = rival.name;
+  scene.contact.response_options = rival.config;
+  Simulation simulation(scene, build_scene(scene));
+  std::vector<double> seconds;
+  for (const SimulationState& state : states) {
+    simulation.restore(state);
+    const std::clock_t start = std::clock();
+    for (int k = 0; k < kStepsFromState; ++k) simulation.step();
+    seconds.push_back(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+  }
+  return seconds;
+}
+
+void print_equal_motion(const ClaimOptions& options) {
+  fmt::print(
+      "\n{} steps from each of {} states of a drape with contact_force\n\n"
+      "| scene | particles | K, N/m | position_velocity over penalty [95 %] |\n|---|--:|--:|--:|\n",
+      kStepsFromState, kStates);
+  for (const ResponseCase& drape : {ball(options.cells), table(options.cells)}) {
+    ResponseCase c = drape;
+    c.scene.time.energy_guard = false;
+    const std::vector<SimulationState> states = states_of(c);
+    for (const double stiffness : {100.0, 1000.0, 10000.0}) {
+      MethodOptions config;
+      config.set("stiffness", stiffness);
+      std::vector<double> ratios;
+      for (int k = 0; k < options.repeats; ++k) {
+        const auto a = seconds_from(c, {"position_velocity", {}}, states);
+        const auto b = seconds_from(c, {"penalty", config}, states);
+        for (std::size_t i = 0; i < a.size(); ++i) ratios.push_back(a[i] / b[i]);
+      }
+      fmt::print("| {} | {} | {:g} | {} |\n", c.name, states[0].x.size(), stiffness,
+                 text(bootstrap(ratios, options.seed)));
+      std::fflush(stdout);
     }
   }
 }
@@ -252,10 +311,14 @@ void print_c28(const ClaimOptions& options) {
 }  // namespace
 
 void print_claims(const ClaimOptions& options) {
-  print_c9(options);
-  print_c10(options);
-  print_c28(options);
-  print_c29(options);
+  const auto wanted = [&](const char* claim) {
+    return options.only.empty() || options.only == claim;
+  };
+  if (wanted("C9")) print_equal_motion(options);
+  if (wanted("C9")) print_c9(options);
+  if (wanted("C10")) print_c10(options);
+  if (wanted("C28")) print_c28(options);
+  if (wanted("C29")) print_c29(options);
 }
 
 }  // namespace selvedge::bench

@@ -16,11 +16,12 @@ part() {
   case "$1" in
     C1 | C3) echo balance ;;
     C2 | C25) echo meshes ;;
-    C4 | C6) echo limiters ;;
-    C5) echo corrections ;;
+    C4 | C5) echo limiters_alone ;;
+    C6) echo limiters ;;
     C7) echo stability ;;
     C8) echo error_and_time ;;
-    C9 | C10 | C28 | C29) echo responses ;;
+    C9) echo rival_responses ;;
+    C10 | C28 | C29) echo responses ;;
     C11) echo image_space ;;
     C12 | C13 | C17) echo detectors ;;
     C14) echo scaling ;;
@@ -111,41 +112,29 @@ survey_size() {
 }
 
 meshes() {
+  survey_size "C2: steps of four nets on a table at the survey's sizes" meshes --scenes table --springs "equal k" --stiffness 3 --longest 1
   say "C2, C3, C25: meshes"
   echo "(some minutes; writes docs/lab/tables/mesh_hang.csv)"
   SELVEDGE=$build/apps/selvedge measure scripts/tables.sh mesh --only hang
   cat docs/lab/tables/mesh_hang.csv
 }
 
-# over_rounds NAME: time of every cell of a comparison over that of its first cell, round by round.
-over_rounds() {
-  local run cell
-  for run in "$out/$1"/cells/[0-9]*/run_*.json; do
-    cell=$(basename "$(dirname "$run")")
-    echo "${run##*_} ${cell%%_*} $(sed -n 's/^ *"run_s": *\([0-9.e+-]*\),*$/\1/p' "$run")"
-  done | sort | awk -v name="$1" '$1 != round { round = $1; base = $3 } { print name, $2, $3 / base }' |
-    quartiles "time over the first:"
-}
-
-corrections() {
-  say "C5: positions and velocities (0001) over positions alone (0000), without order and in order"
-  local order
-  for order in "" ordered_; do
-    compare "corrections${order:+_ordered}" data/scenes/flag.json --no-reference --repeats 41 --set 'geometry.0.cells=[24,24]' \
-      --set time.frames=8 --set materials.default.stretch_stiffness=60 \
-      --vary "strain_limiter=${order}position,${order}position_velocity"
-    over_rounds "corrections${order:+_ordered}"
+limiters_alone() {
+  say "C4, C5: strain limiters alone, on the same ends of steps and to the same residual"
+  local stiffness
+  for stiffness in 3 1; do
+    measure "$build/bench/bench" limiters --replay --stiffness "$stiffness"
   done
 }
 
 limiters() {
-  say "C4, C6: strain limiters; ratios of times to \"position\", deviation over the extent of the cloth"
+  say "C6: strain limiters; ratios of times to \"position\", deviation over the extent of the cloth"
   compare limiters data/scenes/flag.json --no-reference --repeats 7 --set 'geometry.0.cells=[24,24]' \
     --set time.frames=8 --set materials.default.stretch_stiffness=60 \
     --vary strain_limiter=position,ordered_position,position_velocity,ordered_position_velocity,priority_position_velocity,velocity
   local stiffness
   for stiffness in 3 1; do
-    survey_size "C4, C5, C6: 2,500 particles on a round table until balance" limiters --stiffness "$stiffness"
+    survey_size "C6: 2,500 particles on a round table until balance" limiters --stiffness "$stiffness"
   done
 }
 
@@ -171,14 +160,21 @@ stability() {
 error_and_time() {
   say "C8: error against time, explicit and implicit; ratios of times to the first cell"
   compare error_and_time data/scenes/flag.json --repeats 5 --set 'geometry.0.cells=[10,10]' --set time.frames=15 \
-    --vary integrator=symplectic_euler,verlet,runge_kutta_4,implicit_euler,bdf2 --vary dt=0.0005,0.002,0.008
+    --reference-set solver.integrator=runge_kutta_4 \
+    --vary integrator=symplectic_euler,verlet,runge_kutta_4,implicit_euler,bdf2 --vary dt=0.0005,0.002,0.00556
+}
+
+rival_responses() {
+  say "C9: whole drapes of the survey's 2,500 particles, and the same few steps from the same states"
+  measure "$build/bench/bench" response --no-table --claim C9 --claim-cells 49 --repeats 5
 }
 
 responses() {
-  say "C9, C10, C28, C29: responses (some minutes)"
-  measure "$build/bench/bench" response --no-table --claim-cells 20
-  say "C9 again, with the survey's 2,500 particles"
-  measure "$build/bench/bench" response --no-table --claim-cells 49 --repeats 3 --threads 1
+  say "C10, C28, C29: responses"
+  local claim
+  for claim in C10 C28 C29; do
+    measure "$build/bench/bench" response --no-table --claim-cells 20 --claim "$claim"
+  done
   survey_size "C10: penalty springs on the cloth of Figure 45" penalty --stiffness 3 --longest 2
 }
 
@@ -192,11 +188,12 @@ detector_rows() {
   done | awk -F' *[|] *' 'NF > 12 && $2 ~ /^(drape|crumple) / { print }' >"$out/rows"
 }
 
-# over BASE WHICH: warm time of the detectors that match WHICH over that of BASE in the same turn.
+# over BASE WHICH [COLUMN NAME]: warm time, or that column, of the detectors that match WHICH over that of BASE in the same turn.
 over() {
-  awk -F' *[|] *' -v base="$1" -v which="$2" '
-    $3 == base { time = $9 }
-    $3 ~ which { split($2, s, " "); print s[1], $3, $9 / time }' "$out/rows" | quartiles "warm call over $1:"
+  awk -F' *[|] *' -v base="$1" -v which="$2" -v column="${3:-9}" '
+    $3 == base { time = $column }
+    $3 ~ which && time > 0 { scene = $2; gsub(" ", "_", scene); print scene, $3, $column / time }' "$out/rows" |
+    quartiles "${4:-warm call} over $1:"
 }
 
 image_space() {
@@ -209,13 +206,14 @@ image_space() {
 
 detectors() {
   say "C12, C13, C17: k-DOPs, refitting, curvature cone"
-  detector_rows --size 50 --threads 1 --repeats 9 --least --markdown \
-    --detectors bvh_aabb,bvh_kdop14,bvh_kdop18,bvh_kdop26,curvature_cone
-  over bvh_aabb 'kdop|cone'
+  detector_rows --size 50,100,200 --threads 1 --repeats 5 --least --markdown \
+    --detectors bvh_aabb,bvh_kdop14,bvh_kdop18,bvh_kdop26,bvh_obb,curvature_cone
+  over bvh_aabb 'kdop|cone|obb'
   over bvh_kdop14 'kdop(18|26)'
-  awk -F' *[|] *' '$3 == "bvh_aabb" { split($2, s, " "); print s[1], $3, $6 / $7 }' "$out/rows" |
-    quartiles "build over refit:"
-  awk -F' *[|] *' '$3 == "curvature_cone" { split($2, s, " "); print s[1], $3, $12 }' "$out/rows" |
+  over bvh_aabb 'kdop|obb' 7 "update of the volumes"
+  awk -F' *[|] *' '$3 ~ "bvh" && $7 > 0 { scene = $2; gsub(" ", "_", scene); print scene, $3, $6 / $7 }' "$out/rows" |
+    quartiles "build over update:"
+  awk -F' *[|] *' '$3 == "curvature_cone" { scene = $2; gsub(" ", "_", scene); print scene, $3, $12 }' "$out/rows" |
     quartiles "share of the pairs that it keeps:"
 }
 
@@ -241,17 +239,17 @@ voxels() {
 
 enclosure() {
   say "C16: minimal enclosure"
-  measure "$build/bench/bench" enclosure --cells 60 --repeats 5 --threads 1 --scene "leg sleeve"
+  measure "$build/bench/bench" enclosure --cells 60 --repeats 5 --threads 1 --scene "leg sleeve" --brute
+  measure "$build/bench/bench" enclosure --cells 60 --repeats 5 --threads 1 --scene "figure skirt" --brute
 }
 
 drape() {
-  say "C18: drape coefficients, arc mesh and woven disc"
-  local mesh start
-  for mesh in "--cells 12" "--cells 24 --woven" "--cells 48 --woven"; do
-    start=$SECONDS
+  say "C18: drape coefficients, arc mesh, woven and triangular disc"
+  local mesh TIMEFORMAT='%U s of the processor'
+  for mesh in "--cells 12" "--cells 24 --mesh woven" "--cells 48 --mesh woven" \
+    "--cells 24 --mesh triangular" "--cells 48 --mesh triangular"; do
     # shellcheck disable=SC2086  # words of the command
-    measure "$build/apps/selvedge" drape petrak_2025/M{1,2,3,4,5,6} $mesh --seeds 3 --levels 1 --threads 1
-    echo "$((SECONDS - start)) s"
+    time measure "$build/apps/selvedge" drape petrak_2025/M{1,2,3,4,5,6} $mesh --seeds 3 --levels 1 --threads 1
   done
 }
 
@@ -309,6 +307,7 @@ bilayered() {
 
 integrators() {
   say "C21, C22, C23, C24: integrators"
+  measure "$build/bench/bench" integrators --work 500,2000,8000
   measure "$build/bench/bench" integrators
   compare integrators data/scenes/flag.json --repeats 7 --set 'geometry.0.cells=[10,10]' --set time.frames=15 \
     --reference-set solver.integrator=runge_kutta_4 --vary dt=0.0005 \

@@ -149,29 +149,52 @@ def rms(difference):
     return 100.0 / SIDE * np.sqrt((difference**2).sum(axis=1).mean())
 
 
+def balance_summary(scene, kind, times, offs, steps):
+    """What the survey says of the nets, over the sizes. Each argument is by net, then by size."""
+    sizes = len(times["rectangular"])
+    over = {name: [a / b for a, b in zip(times[name], times["rectangular"])] for name in NETS}
+    print(f"{scene}, {kind}: processor time until balance over rectangular, median over sizes (range): "
+          + ", ".join(f"{name} {spread(over[name])}" for name in NETS[1:]))
+    count = lambda holds: f"{sum(holds(i) for i in range(sizes))} of {sizes}"
+    print(f"{scene}, {kind}: sizes at which triangular is faster than simplified: "
+          + count(lambda i: times["triangular"][i] < times["simplified"][i])
+          + "; simplified faster than rectangular: " + count(lambda i: over["simplified"][i] < 1)
+          + "; responsive the slowest: " + count(lambda i: times["responsive"][i] == max(times[n][i] for n in NETS))
+          + "; simplified the nearest to rectangular: " + count(lambda i: offs["simplified"][i] == min(offs[n][i] for n in NETS[1:]))
+          + "; triangular the farthest: " + count(lambda i: offs["triangular"][i] == max(offs[n][i] for n in NETS[1:])))
+    ms = [[steps[name][i] for name in NETS] for i in range(sizes)]
+    print(f"{scene}, {kind}: dearest less cheapest net, ms per step, by size: "
+          + ", ".join(f"{max(row) - min(row):.3f}" for row in ms))
+    print(f"{scene}, {kind}: dearest over cheapest net by size: " + ", ".join(f"{max(row) / min(row):.2f}" for row in ms), flush=True)
+
+
 def meshes(options):
     print("scene | springs | particles | mesh | simulated s until balance | steps | processor s | ms per step | "
           "processor s, over rectangular | RMS distance to rectangular, % of the side")
     scenes = {"table": table_scene, "hung": hung_scene}
     kinds = {"equal k": lambda name: net(name + "_net", options.stiffness), "equal fabric": lambda name: name}
     for scene, kind in itertools.product(options.scenes, options.springs):
+        times, offs, per_step = ({name: [] for name in NETS} for _ in range(3))
         for size in options.sizes:
             base = None
             for name in NETS:
-                run = Run(scenes[scene](size, options.stiffness, {}, kinds[kind](name)), options.longest)
+                run = Run(scenes[scene](size, options.stiffness, {"integrator": options.integrator}, kinds[kind](name)), options.longest)
                 x, start, steps = run.positions(), run.start, run.result()["steps"]
                 if name == "rectangular":
                     base = run.seconds, start, x
                 off = rms(x - at_places(base[1], base[2], size, start[:, :2]))
+                for table, value in ((times, run.seconds), (offs, off), (per_step, 1e3 * run.seconds / steps)):
+                    table[name].append(value)
                 print(f"{scene} | {kind} | {len(x)} | {name} | {run.until:.2f}{'' if run.calm else ' (moving)'} | {steps} | "
                       f"{run.seconds:.2f} | {1e3 * run.seconds / steps:.2f} | {run.seconds / base[0]:.2f} | {off:.2f}", flush=True)
+        balance_summary(scene, kind, times, offs, per_step)
 
 
 def penalty(options):
     print("K, N/m | steps | largest lack of the rest gap, mm | repairs | highest particle above its start, mm | "
           "largest speed, m/s | energy gained, mJ | at balance after, s")
     for stiffness in (1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6):
-        solver = {"strain_limiter": "ordered_position"}
+        solver = {"strain_limiter": "ordered_position", "integrator": options.integrator}
         scene = table_scene(options.size, options.stiffness, solver)
         scene["contact"] = {"response": {"type": "penalty", "stiffness": stiffness}}
         scene["time"]["energy_guard"] = False
@@ -219,19 +242,24 @@ def uniform(name, frames, cells, step):
 
 
 def levels(options):
-    for name, first, frames, finest in (("adaptive", 12, 60, 96), ("multi_level", 16, 150, 128)):
-        rows, factor = [], 1
-        while first * factor <= finest:
-            rows.append(uniform(name, frames, (first * factor, first * factor), factor))
-            factor *= 2
-        reference = rows[-1][2]
+    """Each refined cloth beside a uniform one of about as many particles, in turns, and both against a finer one."""
+    for name, first, frames, finest, rivals in (("adaptive", 12, 60, 96, {1: 24, 2: 48}),
+                                                ("multi_level", 16, 150, 128, {1: 64, 2: 64})):
+        reference = uniform(name, frames, (finest, finest), finest // first)[2]
         scene = json.loads((pathlib.Path(__file__).parent.parent / "data/scenes" / f"{name}.json").read_text())
         refine = scene["geometry"][0]["refine"]
-        for deepest in (1, 2):
-            seconds, x = shipped(name, frames, refine={**refine, "levels": deepest})
-            rows.append((f"{first} x {first} cells, refined {deepest} times to {len(x)} particles", seconds,
-                         x[:(first + 1) ** 2]))
-        against(name, rows, reference, 1.0)
+        print(f"{name}: cloth | processor s, median (range) of {options.turns} turns | over the uniform one | "
+              "RMS distance to the reference, % of the side, of both | particles")
+        for deepest, cells in rivals.items():
+            own, other = [], []
+            for _ in range(options.turns):
+                seconds, x = shipped(name, frames, refine={**refine, "levels": deepest})
+                label, rival_seconds, rival = uniform(name, frames, (cells, cells), cells // first)
+                own.append(seconds)
+                other.append(rival_seconds)
+            offs = [rms(places - reference) for places in (x[:(first + 1)**2], rival)]
+            print(f"{first} x {first} cells, refined {deepest} times, over {label} | {spread(own)}, {spread(other)} | "
+                  f"{spread([a / b for a, b in zip(own, other)])} | {offs[0]:.3f}, {offs[1]:.3f} | {len(x)}", flush=True)
 
 
 def layers(options):
@@ -275,7 +303,7 @@ def voxels(options):
 PARTS = {"limiters": limiters, "meshes": meshes, "penalty": penalty, "levels": levels, "layers": layers, "voxels": voxels}
 
 
-def main():
+def arguments(words=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("part", choices=PARTS)
     parser.add_argument("--turns", type=int, default=3)
@@ -286,7 +314,11 @@ def main():
     parser.add_argument("--longest", type=float, default=5.0, help="simulated seconds")
     parser.add_argument("--stiffness", type=float, default=1.0, help="of all springs [N/m]")
     parser.add_argument("--integrator", default="implicit_euler")
-    options = parser.parse_args()
+    return parser.parse_args(words)
+
+
+def main():
+    options = arguments()
     with selvedge.ThreadLimit(1):
         PARTS[options.part](options)
 

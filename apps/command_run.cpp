@@ -113,7 +113,7 @@ void print_summary(const Scene& scene, const Methods& methods, const RunResult& 
     fmt::print("energy       numerical errors added {:.3g} J in {}; shorten the steps\n",
                gains.at("energy_gained_J"),
                counted(static_cast<long>(gains.at("gained_steps")), "step"));
-  fmt::print("final speed  {:.4f} m/s at most\n", r.final_max_speed);
+  fmt::print("rest         {}\n", printable(r.rest.verdict));
   fmt::print("seconds     ");
   for (const auto& [phase, seconds] : r.phase_s) fmt::print(" {} {:.2f}", phase, seconds);
   fmt::print("\n");

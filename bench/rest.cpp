@@ -420,9 +420,12 @@ void hour_case(const BenchOptions& options) {
 
 const std::map<std::string, std::function<void(const BenchOptions&)>>& cases() {
   static const std::map<std::string, std::function<void(const BenchOptions&)>> all = {
-      {"sheet", sheet_case},     {"stack", stack_case},     {"turned", turned_case},
-      {"ball", ball_case},       {"incline", incline_case}, {"slide", slide_case},
-      {"capstan", capstan_case}, {"creep", creep_case},     {"hour", hour_case}};
+      {"sheet", sheet_case},     {"stack", stack_case},
+      {"turned", turned_case},   {"ball", ball_case},
+      {"incline", incline_case}, {"slide", slide_case},
+      {"capstan", capstan_case}, {"creep", creep_case},
+      {"hour", hour_case},       {"equilibrium", equilibrium_case},
+      {"spread", spread_case}};
   return all;
 }
 
@@ -433,7 +436,8 @@ int bench_rest(int argc, char** argv) {
   CommandLine app("Rest and friction of the default contact");
   std::vector<std::string> names;
   for (const auto& [name, run] : cases()) names.push_back(name);
-  app.option("cases", options.cases, "Names of cases (default: all except `creep` and `hour`)")
+  app.option("cases", options.cases,
+             "Names of cases (default: all except `creep`, `hour`, `equilibrium` and `spread`)")
       .one_of(names);
   app.option("--seconds", options.seconds, "Simulated time, s").non_negative();
   app.option("--steps-per-frame", options.steps_per_frame, "Steps of a frame of 1/60 s").positive();
@@ -445,7 +449,8 @@ int bench_rest(int argc, char** argv) {
   const ThreadLimit limit(options.threads);
   if (options.cases.empty())
     for (const auto& name : names)
-      if (name != "creep" && name != "hour") options.cases.push_back(name);
+      if (name != "creep" && name != "hour" && name != "equilibrium" && name != "spread")
+        options.cases.push_back(name);
   for (const std::string& name : options.cases) {
     cases().at(name)(options);
     std::fflush(stdout);

@@ -49,5 +49,10 @@ Capstan capstan(const BenchOptions& options, double ratio, double mu, int resolu
 /// Prints how far cloth creeps that should stick, beside the contact forces: in jaws, around a
 /// cylinder and on a slope, with the steps of the options and with shorter ones.
 void creep_case(const BenchOptions& options);
+/// Prints how fast three scenes of data/scenes come to rest: unbalanced force against time, by
+/// dynamics and by quasi-static steps.
+void equilibrium_case(const BenchOptions& options);
+/// Prints the ends of ten seeds of two scenes, by both.
+void spread_case(const BenchOptions& options);
 
 }  // namespace selvedge::bench

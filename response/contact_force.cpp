@@ -69,6 +69,7 @@ Vec3 within(const Vec3& f, double limit) {
 void ContactForce::begin(const ResponseStep& step) {
   motion_ = step.motion;
   mass_ = step.mass;
+  load_tolerance_ = step.settles ? config_.settled_tolerance : config_.load_tolerance;
   const double parts = step.stiffness_h > 0.0 ? step.motion.h / step.stiffness_h : 1.0;
   normal_ratio_ = config_.normal_ratio * parts * parts;
   stick_scale_ = parts * parts * parts;
@@ -555,9 +556,9 @@ bool ContactForce::update(std::span<Vec3> v) {
   });
   Change all;
   for (const Change& part : changes_) all.add(part);
-  if (all.force > config_.load_tolerance * all.load) return true;
+  if (all.force > load_tolerance_ * all.load) return true;
   const int most = is_impact() ? kFrictionUpdatesInImpact : kFrictionUpdates;
-  return all.friction > config_.load_tolerance * all.limit && ++friction_updates_ <= most;
+  return all.friction > load_tolerance_ * all.limit && ++friction_updates_ <= most;
 }
 
 void ContactForce::correct(std::span<Vec3> x_t1) {

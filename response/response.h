@@ -74,6 +74,8 @@ struct ResponseStep {
   /// s, at most motion.h: length of the step by which contacts set their stiffness. 0: motion.h. A
   /// step that joins two nominal ones has that of one, so that cloth at rest yields the same.
   double stiffness_h = 0.0;
+  /// The cloth comes to rest: forces of contacts should be as exact as they can.
+  bool settles = false;
 };
 
 /// The impulse of one contact in a step. Vertex k receives weight[k]·impulse; the weights sum to 0.

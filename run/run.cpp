@@ -160,14 +160,21 @@ class Run {
       write_step();
       write_frame();
     }
-    while (frame_ < scene_.time.frames && !stop_requested()) {
+    while (frame_ < scene_.time.frames && !stop_requested() && !ends_at_rest()) {
       while (!simulation_->reached(frame_ + 1)) make_step();
       simulation_->verify_frame();
       ++frame_;
       write_frame();
     }
-    if (frame_ < scene_.time.frames)
+    if (frame_ < scene_.time.frames && !rests_)
       stopped_ = fmt::format("stopped on request after frame {} of {}", frame_, scene_.time.frames);
+  }
+
+  /// Whether the scene asks for no more than the equilibrium, and steps of this run ended there.
+  bool ends_at_rest() {
+    rests_ =
+        scene_.time.until_rest && simulation_->last_step().accepted && simulation_->is_at_rest();
+    return rests_;
   }
 
   bool stop_requested() const { return config_.stop != nullptr && config_.stop->load(); }
@@ -264,6 +271,7 @@ class Run {
   RunResult finish() {
     output_->finish();
     RunResult r = result();
+    r.rest = simulation_->rest();
     // The measures build the forces once more, so the solver goes first.
     const FinalState end = std::move(*simulation_).end();
     r.measures =
@@ -293,7 +301,9 @@ class Run {
   void write_stopped_result(const std::string& why) {
     stopped_ = why;
     try {
-      write_result(config_.out / "result.json", result());
+      RunResult r = result();
+      if (simulation_->last_step().accepted) r.rest = simulation_->rest();
+      write_result(config_.out / "result.json", r);
     } catch (const std::runtime_error&) {  // such as a full disk; the caller reports `why`
     }
   }
@@ -311,6 +321,7 @@ class Run {
   std::optional<Stopwatch> since_checkpoint_;
   std::shared_ptr<const LastFrame> last_;  // whose checkpoint is not written; null: it is
   bool resumed_ = false;
+  bool rests_ = false;  // ended because the cloth is at rest
   std::string stopped_;
   detail::BackgroundTask writing_;  // the last frame; last member, since it refers to the others
 };

@@ -55,6 +55,20 @@ struct PlanFigures {
   double saved_s = 0.0;  ///< s, estimated from the mean time of the other times; 0 without any
 };
 
+/// Whether the cloth of a state is in equilibrium.
+struct RestReport {
+  /// The unbalanced force is below 1e-3, and no particle is faster than 1e-3 of a fall through the
+  /// root of the area of the largest piece: 3 mm/s for a square metre.
+  bool at_rest = false;
+  /// Root mean square over the free particles of the force that contacts cannot balance, by the
+  /// weight (at 9.81 m/s²), counted by mass. Friction inside its cone counts as balanced. -1: not
+  /// measured.
+  double unbalanced = -1.0;
+  double max_speed = 0.0;    ///< m/s, of the fastest particle in the last step
+  std::int32_t vertex = -1;  ///< that particle; -1: none moves
+  std::string verdict;       ///< "at rest: ..." or "still creeping: 12 mm/s at ..."
+};
+
 /// Outcome of a run. result.json has these names (run/result_folder.h). A new field needs its
 /// declaration here and its line in Fields<RunResult> below, and nothing else: result.json,
 /// checkpoints, resumed runs and the tables of `selvedge compare` visit the fields.
@@ -76,6 +90,7 @@ struct RunResult {
   double max_stretch = 0.0;      ///< largest (L-L0)/L0 of any edge spring in any accepted state
   double strain_residual = 0.0;  ///< largest excess over the strain limit in any accepted state
   double final_max_speed = 0.0;  ///< m/s
+  RestReport rest;               ///< of the last state
   std::size_t peak_bytes = 0;
   TangleReport tangle;
   FlagCounts flags;        ///< vertices without all guarantees
@@ -142,6 +157,19 @@ struct Fields<TangleReport> {
 };
 
 template <>
+struct Fields<RestReport> {
+  template <class Visitor>
+  static void visit(Visitor&& visitor) {
+    using T = RestReport;
+    visitor("verdict", &T::verdict, FieldRule{Merge::last});
+    visitor("at_rest", &T::at_rest, FieldRule{Merge::last});
+    visitor("unbalanced", &T::unbalanced, FieldRule{Merge::last});
+    visitor("max_speed", &T::max_speed, FieldRule{Merge::last});
+    visitor("vertex", &T::vertex, FieldRule{Merge::last});
+  }
+};
+
+template <>
 struct Fields<RunResult> {
   template <class Visitor>
   static void visit(Visitor&& visitor) {
@@ -160,6 +188,7 @@ struct Fields<RunResult> {
     visitor("max_stretch", &R::max_stretch, column(Merge::max));
     visitor("strain_residual", &R::strain_residual, column(Merge::max));
     visitor("final_max_speed", &R::final_max_speed, column(Merge::last));
+    visitor("rest", &R::rest, FieldRule{Merge::last});
     visitor("peak_bytes", &R::peak_bytes, FieldRule{Merge::max});
     visitor("tangle", &R::tangle, FieldRule{Merge::each});
     visitor("flags", &R::flags, FieldRule{Merge::max});  // only the largest count of one frame

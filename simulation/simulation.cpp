@@ -130,6 +130,9 @@ bool Simulation::bodies_move() const {
 
 std::shared_ptr<const void> Simulation::owner() const { return parts_; }
 
+RestReport Simulation::rest() { return parts_->rest(); }
+bool Simulation::is_at_rest() { return parts_->is_slow() && parts_->rest().at_rest; }
+
 RunResult Simulation::result() const { return parts_->present_result(); }
 
 FinalState Simulation::end() && {

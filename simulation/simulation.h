@@ -23,6 +23,7 @@ class Batch;        // batch.h
 struct BuiltScene;  // scene/build.h
 struct FinalState;  // simulation_state.h
 struct Methods;     // scene/methods.h
+struct RestReport;
 struct RunResult;
 struct Scene;  // scene/scene.h
 struct SimulationState;
@@ -97,7 +98,11 @@ class Simulation {
   std::vector<StepContact> contacts() const;
   const StepReport& last_step() const;
   void set_trace(const StepTrace* trace);  ///< of every attempt; null: none
-  /// Since the start. The caller fills frames, wall_s, peak_bytes and stopped.
+  /// Whether the cloth is in equilibrium now: takes as long as a part of a step.
+  RestReport rest();
+  /// The same without the report, which it computes only where the cloth is slow enough.
+  bool is_at_rest();
+  /// Since the start. The caller fills frames, wall_s, peak_bytes, stopped and rest.
   RunResult result() const;
 
   const SimulationState& state() const;

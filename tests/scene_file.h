@@ -162,7 +162,7 @@ inline constexpr const char* everything = R"({
           "gusts": {"speed": 0.75, "length": 2, "seed": 7},
           "jets": [{"position": [1, 2, 3], "direction": [0, 0, 2], "speed": 4, "diameter": 0.5}]},
   "perturbation": {"speed": 1e-5, "seed": 7},
-  "time": {"frames": 30, "fps": 25, "steps_per_frame": 3, "step_error": 0.003, "sleep_speed": 0.02,
+  "time": {"frames": 30, "until": "rest", "fps": 25, "steps_per_frame": 3, "step_error": 0.003, "sleep_speed": 0.02,
            "max_halvings": 4, "energy_guard": false},
   "contact": {"rest_gap": 0.003, "self": false, "broad_phase": {"type": "hash_grid", "cell": 0.5},
               "narrow_phase": {"type": "ccd_exact"}, "response": "impulse", "restitution": 0.25,

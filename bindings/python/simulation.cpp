@@ -185,7 +185,14 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
       .def("contacts", &contact_table)
       .def("energies",
            [](S& s) { return unlocked(s, [](Simulation& now) { return now.energies(); }); })
-      .def("result_text", [](S& s) { return result_text(s.now().result()); })
+      .def("result_text",
+           [](S& s) {
+             return result_text(unlocked(s, [](Simulation& now) {
+               RunResult result = now.result();
+               result.rest = now.rest();
+               return result;
+             }));
+           })
       .def_property_readonly("warnings", &S::warnings);
   std::vector<std::string> flags;
   for (int bit = 0; bit < kVertexFlags; ++bit) flags.emplace_back(flag_name(bit));

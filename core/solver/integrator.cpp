@@ -55,6 +55,7 @@ void register_implicit_exact(IntegratorRegistry& registry);
 void register_implicit_kang(IntegratorRegistry& registry);
 void register_implicit_newton(IntegratorRegistry& registry);
 void register_midpoint(IntegratorRegistry& registry);
+void register_quasi_static(IntegratorRegistry& registry);
 void register_rkf45(IntegratorRegistry& registry);
 void register_runge_kutta_4(IntegratorRegistry& registry);
 void register_symplectic_euler(IntegratorRegistry& registry);
@@ -65,8 +66,8 @@ IntegratorRegistry integrators() {
   for (const auto add :
        {register_bdf2, register_forward_euler, register_imex, register_implicit_blend,
         register_implicit_desbrun, register_implicit_euler, register_implicit_exact,
-        register_implicit_kang, register_implicit_newton, register_midpoint, register_rkf45,
-        register_runge_kutta_4, register_symplectic_euler, register_verlet})
+        register_implicit_kang, register_implicit_newton, register_midpoint, register_quasi_static,
+        register_rkf45, register_runge_kutta_4, register_symplectic_euler, register_verlet})
     add(registry);
   return registry;
 }

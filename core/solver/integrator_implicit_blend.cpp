@@ -24,13 +24,13 @@
 // unless contacts feed it. Another rejection soon after doubles their number. Guarantee: stable for
 // any step length as implicit Euler is; first order with a small constant.
 #include <selvedge/core/cloth/detail/force_checks.h>
-#include <selvedge/core/solver/detail/implicit_system.h>
-#include <selvedge/core/solver/integrator.h>
+#include <selvedge/core/solver/detail/implicit_blend.h>
 
 #include <algorithm>
 #include <utility>
 
 namespace selvedge {
+namespace detail {
 namespace {
 
 // α and β. With a sum of 1.4, a flag in wind keeps less than 0.8 of its motion. With smaller ones
@@ -52,68 +52,26 @@ constexpr double kRings = 0.8;
 // much shorter ones would otherwise be expected far off.
 constexpr double kMostRatio = 2.0;
 
-class ImplicitBlend final : public Integrator {
- public:
-  ImplicitBlend(ForceList forces, std::size_t n, const ImplicitConfig& config)
-      : Integrator(std::move(forces), n),
-        system_(forces_.members(), n, config),
-        alpha_(n, 1.0),
-        x_(n),
-        guess_(n),
-        v_(n, Vec3::Zero()),
-        lead_(n, Vec3::Zero()),
-        lag_(n, Vec3::Zero()) {}
+}  // namespace
 
-  IntegratorTraits traits() const override {
-    return {.promise = "stable at any step of the scene; loses little energy",
-            .source = "Dinev, Liu, Kavan, Stabilizing integrators for real-time physics, 2018",
-            .any_step = true,
-            .is_implicit = true,
-            .follows_energy = true,
-            .share_of_euler_error = kVelocityWeight + kForceWeight - 1.0};
-  }
+ImplicitBlend::ImplicitBlend(ForceList forces, std::size_t n, const ImplicitConfig& config)
+    : Integrator(std::move(forces), n),
+      system_(forces_.members(), n, config),
+      alpha_(n, 1.0),
+      x_(n),
+      guess_(n),
+      v_(n, Vec3::Zero()),
+      lead_(n, Vec3::Zero()),
+      lag_(n, Vec3::Zero()) {}
 
-  bool expect(double h, std::span<const Vec3> v, std::span<Vec3> mean) override;
-  void begin(const StepStart& start, StepEnd end) override;
-  SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
-  std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override;
-
- private:
-  bool moves_freely(const StepStart& start);
-  bool turns_back(const Particles& p) const;
-  void begin_euler(const StepStart& start);
-  void begin_blend(const StepStart& start, std::span<const Vec3> mean);
-  void stop_met(std::span<const ImplicitTerm> terms);
-  void remember(const ForceState& end) override;
-  void remember_motion(const ForceState& end);
-  void remember_method();
-  std::map<std::string, double> counters() const override {
-    return {{"substituted_implicit_blend_by_implicit_euler", static_cast<double>(euler_steps_)}};
-  }
-  void save_history(std::vector<double>& memory) const override;
-  std::span<const double> restore_history(std::span<const double> memory) override;
-
-  detail::ImplicitSystem system_;
-  std::vector<double> alpha_;
-  std::vector<Vec3> x_, guess_;  // x + β h u⁻, and u⁻
-  std::vector<Vec3> v_;          // m/s, at the start of the step
-  std::vector<Vec3> kept_;       // N·s
-  Particles heavy_;              // the particles with masses M/α
-  std::vector<std::int32_t> met_;
-  const Particles* start_ = nullptr;
-  double h_ = 0.0;  // s, of the present step
-  // The mean velocities of the last step and of the one before, relative to the velocity at the
-  // end, m/s, so that a change of that shifts them. Lengths of the two steps, s; 0: there was none.
-  std::vector<Vec3> lead_, lag_;
-  double last_h_ = 0.0, former_h_ = 0.0;
-  double pause_ = 0.0;          // steps of implicit Euler that are left
-  double next_pause_ = kPause;  // after the next failure
-  bool blends_ = false;         // the last attempt
-  bool rings_ = false;          // the start of the step
-  bool turned_ = false;         // the velocities turned back in the last step
-  int attempts_ = 0;            // since the last accepted step
-  std::size_t euler_steps_ = 0;
-};
+IntegratorTraits ImplicitBlend::traits() const {
+  return {.promise = "stable at any step of the scene; loses little energy",
+          .source = "Dinev, Liu, Kavan, Stabilizing integrators for real-time physics, 2018",
+          .any_step = true,
+          .is_implicit = true,
+          .follows_energy = true,
+          .share_of_euler_error = kVelocityWeight + kForceWeight - 1.0};
+}
 
 // The mean velocity changes as from the step before to the last one; at first, as by the weight.
 // It is that at the share α of a step in which the velocity changes evenly. Particles that contacts
@@ -217,7 +175,7 @@ void ImplicitBlend::save_history(std::vector<double>& memory) const {
 std::span<const double> ImplicitBlend::restore_history(std::span<const double> memory) {
   constexpr std::size_t numbers = 5;
   const std::size_t n = lead_.size(), size = numbers + 6 * n;
-  detail::require_memory("implicit_blend", memory.size(), size);
+  require_memory("implicit_blend", memory.size(), size);
   pause_ = memory[0];
   next_pause_ = memory[1];
   last_h_ = memory[2];
@@ -271,7 +229,7 @@ void ImplicitBlend::stop_met(std::span<const ImplicitTerm> terms) {
   met_.clear();
   for (const ImplicitTerm& term : terms)
     for (int k = 0; k < 4; ++k)
-      detail::for_each_row(term, k, start_->followers, [&](std::int32_t i, double) {
+      for_each_row(term, k, start_->followers, [&](std::int32_t i, double) {
         if (alpha_[i] == 1.0) return;
         alpha_[i] = 1.0;
         met_.push_back(i);
@@ -287,13 +245,14 @@ SolveReport ImplicitBlend::solve(std::span<const ImplicitTerm> terms, StepEnd en
   return report;
 }
 
-}  // namespace
+}  // namespace detail
 
 void register_implicit_blend(IntegratorRegistry& registry) {
   registry.add("implicit_blend", {},
                [](const MethodOptions&, ForceList forces, std::size_t particles,
                   const ImplicitConfig& solve) {
-                 return std::make_unique<ImplicitBlend>(std::move(forces), particles, solve);
+                 return std::make_unique<detail::ImplicitBlend>(std::move(forces), particles,
+                                                                solve);
                });
 }
 

@@ -34,6 +34,9 @@ struct ContactForceConfig {
   /// total load, and friction by at most this share of the sum of all μλ. Higher values are faster,
   /// but single contacts may pull, or friction may be wrong, by that much in a step.
   double load_tolerance = 0.1;
+  /// The same where the cloth comes to rest. Loads that are wrong by a tenth leave it unbalanced by
+  /// a twentieth of its weight.
+  double settled_tolerance = 2e-4;
 };
 
 /// Contact and Coulomb friction as forces inside the implicit step [after the active-set view of
@@ -159,7 +162,8 @@ class ContactForce final : public Response {
   // one of them. The viscosity grows with the cube of the joined steps: a strip around a cylinder
   // then creeps 3 times as fast as in steps that join none; with the square 5, unchanged 50 times.
   double normal_ratio_ = 0.0;  // normal stiffness divided by m_eff/h²
-  double stick_scale_ = 1.0;   // viscosity divided by that of a step that joins none
+  double load_tolerance_ = 0.0;
+  double stick_scale_ = 1.0;  // viscosity divided by that of a step that joins none
   std::vector<Vec3> body_displacement_, v_start_, v_predicted_;
   std::vector<Vec3> v_guess_;  // of particles on which only these forces and the guess act, m/s;
                                // empty: the other forces are unknown

@@ -110,8 +110,8 @@ class Reader {
   void read(const Value& j, T& record) const {
     Fields<T>::visit([&](const char* name, auto member, FieldRule rule) {
       if (kept_only_ && !is_kept(rule)) return;
-      // Older checkpoints have no plan.
-      if (kept_only_ && std::string_view(name) == "plan" && !j.has(name)) return;
+      // Older checkpoints have no plan, older results no rest.
+      if (std::string_view(name) == (kept_only_ ? "plan" : "rest") && !j.has(name)) return;
       read(j[name], record.*member);
     });
   }

@@ -128,6 +128,7 @@ void Simulation::Parts::attempt_step(double h, double t1, bool may_shorten) {
   input.t1 = t1;
   input.h = h;
   input.nominal_h = nominal_step();
+  input.settles = settles();
   std::vector<Pinch> pinches = state.pinches;
   methods.pinches.begin_attempt();
   do {
@@ -257,6 +258,7 @@ void Simulation::Parts::make_step(StepControl control) {
 void Simulation::Parts::sleep_until(double target, int nominal_steps) {
   std::fill(state.v.begin(), state.v.end(), Vec3::Zero());
   state.acceleration = 0.0;
+  last_motion = {};
   state.time = target;
   state.control = {};
   state.refined = false;
@@ -399,6 +401,7 @@ void Simulation::Parts::accept() {
   balance.accept();
   detail::end_velocities(methods.traits, input, outcome, state.v);
   std::copy_n(outcome.x_t1().begin(), n(), state.x.begin());
+  note_motion();
   methods.strain.finish(detail::limit_step(input), mass, state.x, state.v);
   finish_velocities(state.v);
   state.acceleration = joined.acceleration(input.particles.v, state.v, input.h);

@@ -57,6 +57,10 @@ struct Simulation::Parts {
   detail::StepInput input;
   detail::StepOutcome outcome;  // of the last attempt
   StepReport attempts;
+  struct {
+    std::int32_t vertex = -1;
+    double speed = 0.0;  // m/s
+  } last_motion;         // of the fastest particle in the last step
   detail::StepLedger ledger;
   detail::EnergyBalance balance;
   detail::StrainGuard strain_guard;
@@ -103,6 +107,13 @@ struct Simulation::Parts {
   [[noreturn]] void give_up();
   void accept();
   void count_substitutes();
+
+  // -- rest.cpp -----------------------------------------------------------------------------------
+  void note_motion();
+  bool is_slow() const;
+  bool settles() const;
+  std::vector<StepContact> contacts_now();
+  RestReport rest();
 
   // -- check_state.cpp ----------------------------------------------------------------------------
   void look_at_state();

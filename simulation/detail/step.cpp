@@ -24,6 +24,9 @@ constexpr double kLoosest = 30.0, kTightening = 0.6, kLooser = 10.0;
 // Further solves because cloth would pass through something that was no contact before.
 constexpr int kMaxCollisionSolves = 3;
 
+// Share of the scene's tolerance in a step near the equilibrium.
+constexpr double kSettled = 0.03;
+
 // Strain limits and collision response disturb each other: rounds of both in one step.
 constexpr int kStrainRounds = 6;
 
@@ -130,7 +133,7 @@ SolveReport solve(StepMethods& m, const StepInput& in, std::span<const ImplicitT
   v.answered = !terms.empty();
   return m.integrator->solve(
       m.untangling() ? m.untangler->with_drive(terms, in.particles.mass) : terms, {v.mean, v.free},
-      v.answered ? looser : 1.0);
+      (in.settles ? kSettled : 1.0) * (v.answered ? looser : 1.0));
 }
 
 StepCounts count(const SolveReport& report) {

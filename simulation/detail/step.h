@@ -65,6 +65,7 @@ struct StepInput {
   /// m/s, of particles under their weight and the forces of the program alone
   std::vector<Vec3> v_coasting;
   bool bodies_move = false;
+  bool settles = false;  ///< the scene asks for the equilibrium, which is near
   /// An attempt that ends farther above the strain limit than this (by the limit) and than its
   /// start is repeated with a shorter step in any case.
   double hopeless_strain = std::numeric_limits<double>::infinity();

@@ -113,7 +113,8 @@ ResponseStep response_step(const StepMethods& m, const StepInput& in) {
           in.v_coasting,
           m.traits.is_implicit,
           {},
-          std::min(in.h, in.nominal_h)};
+          std::min(in.h, in.nominal_h),
+          in.settles};
 }
 
 LimitStep limit_step(const StepInput& in) {

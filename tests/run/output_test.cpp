@@ -116,6 +116,8 @@ TEST_F(Output, ResultHasTheFieldsOthersReadWithTheirValues) {
 RunResult filled_result() {
   RunResult r = example_result();
   r.clean_elsewhere = false;
+  r.rest = {
+      .at_rest = true, .unbalanced = 0.0005, .max_speed = 0.002, .vertex = 7, .verdict = "at rest"};
   r.tangle = {.start_pairs = 11,
               .pairs = 12,
               .elsewhere = 13,
@@ -169,6 +171,7 @@ TEST_F(Output, TheFieldsOfAResultKeepTheirOrder) {
                                              "max_stretch",
                                              "strain_residual",
                                              "final_max_speed",
+                                             "rest",
                                              "peak_bytes",
                                              "tangle",
                                              "flags",

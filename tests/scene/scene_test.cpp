@@ -31,6 +31,7 @@ TEST_F(SceneFile, TheShortestSceneHasTheDefaultsOfTheHeader) {
   EXPECT_EQ(is.time.steps_per_frame, should.time.steps_per_frame);
   EXPECT_EQ(is.time.step_error, should.time.step_error);
   EXPECT_EQ(is.time.sleep_speed, should.time.sleep_speed);
+  EXPECT_EQ(is.time.until_rest, should.time.until_rest);
   EXPECT_EQ(is.time.max_halvings, should.time.max_halvings);
   EXPECT_EQ(is.time.energy_guard, should.time.energy_guard);
   EXPECT_EQ(is.contact.rest_gap, should.contact.rest_gap);
@@ -138,6 +139,7 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
   EXPECT_EQ(s.time.steps_per_frame, 3);
   EXPECT_EQ(s.time.step_error, 0.003);
   EXPECT_EQ(s.time.sleep_speed, 0.02);
+  EXPECT_TRUE(s.time.until_rest);
   EXPECT_EQ(s.time.max_halvings, 4);
   EXPECT_FALSE(s.time.energy_guard);
   EXPECT_EQ(s.contact.rest_gap, 0.003);

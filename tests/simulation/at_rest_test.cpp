@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+// Whether cloth is at rest: forces that are known in closed form, and runs that end in equilibrium.
+#include <gtest/gtest.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/detail/rest.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace selvedge::at_rest_test {
+namespace {
+
+constexpr double kGravity = 9.81, kAngle = std::numbers::pi / 6.0;
+
+/// A sheet on a plate that is inclined by 30 degrees, at its rest gap.
+Scene slope(double friction) {
+  Scene scene;
+  scene.name = "slope";
+  scene.materials["default"] = Material{};
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(kAngle, Vec3::UnitY()));
+  ClothSpec& sheet = scene.cloths.emplace_back();
+  sheet.name = "sheet";
+  sheet.shape = ClothGrid{"rectangular", {0.2, 0.2, 4, 4}};
+  sheet.placement = {turn * Vec3(0.0, 0.0, scene.contact.rest_gap), turn};
+  BodySpec& plate = scene.bodies.emplace_back();
+  plate.name = "plate";
+  plate.shape = BodyShape{Box{Vec3(4, 4, 0.1)}, 3};
+  plate.placement = {turn * Vec3(0.0, 0.0, -0.05), turn};
+  plate.friction = friction;
+  scene.contact.pairs = {{"sheet", "plate", friction, {}, {}}};
+  return scene;
+}
+
+/// A sheet that falls on a ball.
+Scene drape(const std::string& integrator) {
+  Scene scene;
+  scene.name = "drape";
+  scene.materials["default"] = Material{};
+  ClothSpec& sheet = scene.cloths.emplace_back();
+  sheet.name = "sheet";
+  sheet.shape = ClothGrid{"rectangular", {0.6, 0.6, 12, 12}};
+  sheet.placement.translation = Vec3(0.01, 0.005, 0.21);
+  BodySpec& ball = scene.bodies.emplace_back();
+  ball.name = "ball";
+  ball.shape = BodyShape{Sphere{0.2}, 24};
+  scene.air.normal_drag = 1.0;
+  scene.air.viscous_drag = 0.1;
+  scene.time.frames = 600;
+  scene.time.until_rest = true;
+  scene.solver.integrator = integrator;
+  return scene;
+}
+
+/// Frames until it is at rest; the scene's frames if it never is.
+int frames_to_rest(Simulation& simulation, int most) {
+  for (int frame = 1; frame <= most; ++frame) {
+    simulation.advance_to_frame(frame);
+    if (simulation.is_at_rest()) return frame;
+  }
+  return most;
+}
+
+TEST(AtRest, FallingClothIsUnbalancedByItsWeight) {
+  Scene scene = slope(0.3);
+  scene.bodies.clear();
+  scene.contact.pairs.clear();
+  Simulation simulation(scene);
+  EXPECT_NEAR(simulation.rest().unbalanced, 1.0, 1e-6) << "at the start";
+  simulation.advance_to_frame(3);
+  const RestReport rest = simulation.rest();
+  EXPECT_NEAR(rest.unbalanced, 1.0, 1e-6);
+  EXPECT_FALSE(rest.at_rest);
+  EXPECT_TRUE(rest.verdict.starts_with("still moving: ")) << rest.verdict;
+  EXPECT_NE(rest.verdict.find("of cloth \"sheet\""), std::string::npos) << rest.verdict;
+}
+
+TEST(AtRest, FrictionInsideItsConeIsBalanced) {
+  Simulation simulation(slope(0.7));
+  simulation.advance_to_frame(10);
+  const RestReport rest = simulation.rest();
+  EXPECT_LT(rest.unbalanced, 1e-3);
+  EXPECT_TRUE(rest.at_rest) << rest.verdict;
+  EXPECT_TRUE(rest.verdict.starts_with("at rest")) << rest.verdict;
+}
+
+TEST(AtRest, BeyondTheConeTheNearestForceIsLeft) {
+  const double friction = 0.3;
+  Simulation simulation(slope(friction));
+  simulation.advance_to_frame(10);
+  const RestReport rest = simulation.rest();
+  // The distance of the weight from the cone.
+  const double left = (std::sin(kAngle) - friction * std::cos(kAngle)) / std::hypot(1.0, friction);
+  EXPECT_NEAR(rest.unbalanced, left, 0.02 * left);
+  EXPECT_FALSE(rest.at_rest);
+}
+
+TEST(AtRest, ARestoredStateHasTheSameContacts) {
+  const Scene scene = slope(0.7);
+  Simulation simulation(scene);
+  simulation.advance_to_frame(10);
+  Simulation other(scene);
+  other.restore(simulation.state());
+  EXPECT_TRUE(other.rest().at_rest) << other.rest().verdict;
+}
+
+TEST(AtRest, AContactOnlyPushes) {
+  const std::vector<Vec3> force{Vec3(0.0, 0.0, 2.0 * kGravity)};
+  const std::vector<double> mass{1.0}, inv_mass{1.0};
+  StepContact contact;
+  contact.point = {{0, 1, 2, 3}, {1.0, -1.0, 0.0, 0.0}, Vec3::UnitZ(), 0.0, 0.002, 0.5};
+  contact.gap = 0.002;
+  contact.impulse = Vec3(0.0, 0.0, -kGravity);  // pulls, as the guess of a solve may
+  const std::vector<StepContact> near{contact};
+  const auto left = [&] {
+    return detail::unbalanced_share(
+        {.force = force, .mass = mass, .inv_mass = inv_mass, .near = near}, 1e-4);
+  };
+  EXPECT_NEAR(left(), 2.0, 1e-12) << "what lifts off is not held";
+  std::vector<StepContact> far = near;
+  far[0].gap = 0.0022;
+  const std::vector<Vec3> weight{Vec3(0.0, 0.0, -kGravity)};
+  EXPECT_NEAR(detail::unbalanced_share(
+                  {.force = weight, .mass = mass, .inv_mass = inv_mass, .near = far}, 1e-4),
+              1.0, 1e-12)
+      << "beyond its rest gap a contact bears nothing";
+  EXPECT_LT(detail::unbalanced_share(
+                {.force = weight, .mass = mass, .inv_mass = inv_mass, .near = near}, 1e-4),
+            1e-4);
+}
+
+TEST(AtRest, QuasiStaticStepsReachTheEquilibriumOfADrape) {
+  const Scene scene = drape("quasi_static");
+  Simulation simulation(scene);
+  const int frames = frames_to_rest(simulation, scene.time.frames);
+  const RestReport rest = simulation.rest();
+  EXPECT_LT(frames, scene.time.frames);
+  EXPECT_TRUE(rest.at_rest) << rest.verdict;
+  EXPECT_TRUE(simulation.result().clean);
+  const double static_steps = simulation.result().counters.at("quasi_static_steps");
+  EXPECT_GT(static_steps, 10.0);
+  // Going on, it stays where it is.
+  const std::vector<Vec3> x(simulation.positions().begin(), simulation.positions().end());
+  simulation.advance_to_frame(frames + 30);
+  double most = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    most = std::max(most, (simulation.positions()[i] - x[i]).norm());
+  EXPECT_LT(most, 2e-3);
+  EXPECT_LT(simulation.rest().unbalanced, 2e-3) << "within what solves and contacts leave";
+}
+
+TEST(AtRest, QuasiStaticStepsDoNotRaiseTheEnergy) {
+  const Scene scene = drape("quasi_static");
+  Simulation simulation(scene);
+  const auto potential = [&] {
+    double sum = 0.0;
+    for (const auto& [name, value] : simulation.energies())
+      if (name != "kinetic") sum += value;
+    return sum;
+  };
+  int frame = 0;
+  while (!(simulation.result().counters.at("quasi_static_steps") > 0.0) && frame < 300)
+    simulation.advance_to_frame(++frame);
+  ASSERT_LT(frame, 300) << "the motion never died";
+  double before = potential();
+  for (int k = 0; k < 40; ++k) {
+    simulation.advance_to_frame(++frame);
+    const double now = potential();
+    // The energy guard lets a hundredth of the energy of 0.12 m/s pass.
+    EXPECT_LT(now, before + 1e-5) << "frame " << frame;
+    before = now;
+  }
+}
+
+TEST(AtRest, ARestoredQuasiStaticRunHasTheSameBits) {
+  const Scene scene = drape("quasi_static");
+  Simulation simulation(scene);
+  int frame = 0;
+  while (!(simulation.result().counters.at("quasi_static_steps") > 5.0) && frame < 300)
+    simulation.advance_to_frame(++frame);
+  ASSERT_LT(frame, 300);
+  Simulation other(scene);
+  other.restore(simulation.state());
+  simulation.advance_to_frame(frame + 5);
+  other.advance_to_frame(frame + 5);
+  EXPECT_EQ(state_hash(simulation.state()), state_hash(other.state()));
+}
+
+}  // namespace
+}  // namespace selvedge::at_rest_test

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/simulation/batch.h>
 #include <selvedge/bodies/driven_body.h>
 #include <selvedge/core/base/internal/serial_loops.h>
 #include <selvedge/scene/build.h>
-#include <selvedge/simulation/batch.h>
-#include <selvedge/simulation/detail/simulation_parts.h>
+#include <selvedge/simulation/internal/carried.h>
 #include <selvedge/simulation/internal/mesh_change.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
 
 #include <algorithm>
+#include <functional>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -39,7 +42,7 @@ struct Batch::Parts {
   struct Member {
     std::size_t kind = 0;
     Worker* worker = nullptr;
-    Simulation::Carried carried;
+    CarriedSimulation carried;
     std::vector<DrivenBody> driven;
   };
   /// The members of one Scene object.
@@ -113,7 +116,7 @@ void Batch::Parts::add(std::size_t number, const std::shared_ptr<const Scene>& s
   Member& member = members.back();
   for (const DrivenBody* body : worker->driven) member.driven.push_back(*body);
   if (shares) {
-    member.carried = worker->simulation->parts_->give();
+    member.carried = CarriedSimulation::out_of(*worker->simulation);
     kind.start = member;
   } else {
     worker->member = number;
@@ -131,7 +134,7 @@ void Batch::Parts::check(std::size_t member) const {
 void Batch::Parts::unload(Worker& worker) {
   if (worker.member == kNobody) return;
   Member& member = members[worker.member];
-  member.carried = worker.simulation->parts_->give();
+  member.carried = CarriedSimulation::out_of(*worker.simulation);
   for (std::size_t d = 0; d < driven.size(); ++d) member.driven[d] = *worker.driven[d];
   member.worker = nullptr;
   worker.member = kNobody;
@@ -156,7 +159,7 @@ Batch::Parts::Worker& Batch::Parts::load(std::size_t number) {
   Worker* worker = claim(kind, number);
   lock.unlock();
   if (worker == nullptr) {
-    std::unique_ptr<Worker> made = make_worker(kind, &kind.start->carried.state);
+    std::unique_ptr<Worker> made = make_worker(kind, &kind.start->carried.state());
     worker = made.get();
     worker->busy = true;
     lock.lock();
@@ -165,7 +168,8 @@ Batch::Parts::Worker& Batch::Parts::load(std::size_t number) {
   }
   if (worker->member == number) return *worker;
   for (std::size_t d = 0; d < driven.size(); ++d) *worker->driven[d] = member.driven[d];
-  worker->simulation->parts_->take(std::move(member.carried));
+  std::move(member.carried).put_into(*worker->simulation);
+  member.carried = {};
   worker->member = number;
   member.worker = worker;
   return *worker;
@@ -178,7 +182,7 @@ void Batch::Parts::free(std::size_t number) {
 
 const SimulationState& Batch::Parts::state_of(std::size_t number) const {
   const Member& member = members[number];
-  return member.worker != nullptr ? member.worker->simulation->state() : member.carried.state;
+  return member.worker != nullptr ? member.worker->simulation->state() : member.carried.state();
 }
 
 // Where a mesh has changed, all members move to other arrays.

@@ -17,9 +17,9 @@
 
 namespace selvedge {
 
+class CarriedSimulation;
 class DrivenBody;   // bodies/driven_body.h
 class VertexNames;  // run_result.h
-class Batch;        // batch.h
 struct BuiltScene;  // scene/build.h
 struct FinalState;  // simulation_state.h
 struct Methods;     // scene/methods.h
@@ -113,8 +113,8 @@ class Simulation {
   FinalState end() &&;  ///< frees most of the memory
 
  private:
-  friend class Batch;
-  struct Carried;      // what is of one member of a batch
+  friend class CarriedSimulation;  // internal/carried.h
+  struct Carried;
   struct Parts;        // of the simulation with the present mesh
   struct MeshChanges;  // null: the mesh stays
   bool change_mesh();

@@ -4,6 +4,7 @@
 // where these are.
 #pragma once
 
+#include <selvedge/simulation/batch.h>
 #include <selvedge/bodies/driven_body.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>
@@ -25,11 +26,16 @@
 
 namespace selvedge::bindings {
 
-/// A state, with the input that a program has set.
-struct SavedState {
-  SimulationState state;
-  std::map<std::size_t, std::vector<Vec3>> bodies;  ///< m, of driven bodies
-};
+/// A state, with the places of driven bodies.
+using SavedState = MemberState;
+
+/// The first vertex of each body among those of all bodies, plus the total.
+inline std::vector<std::size_t> body_begin(const Simulation& simulation) {
+  std::vector<std::size_t> begin{0};
+  for (const auto& body : simulation.built().bodies)
+    begin.push_back(begin.back() + body->vertex_count());
+  return begin;
+}
 
 class DrivenSimulation {
  public:
@@ -48,13 +54,7 @@ class DrivenSimulation {
   const Simulation& now() const { return *simulation_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// The first vertex of each body among those of all bodies, plus the total.
-  std::vector<std::size_t> body_begin() const {
-    std::vector<std::size_t> begin{0};
-    for (const auto& body : now().built().bodies)
-      begin.push_back(begin.back() + body->vertex_count());
-    return begin;
-  }
+  std::vector<std::size_t> body_begin() const { return bindings::body_begin(now()); }
 
   SavedState save() const {
     SavedState saved{now().state(), {}};

@@ -12,6 +12,7 @@ PYBIND11_MODULE(_core, m) {
   selvedge::python::add_ccd(m, methods);
   selvedge::python::add_scene(m, methods);
   selvedge::python::add_simulation(m, methods);
+  selvedge::python::add_batch(m, methods);
   selvedge::python::add_results(m, methods);
   selvedge::python::add_pictures(m);
   selvedge::python::add_compare(m, methods);

@@ -18,6 +18,7 @@ void add_detection(pybind11::module_& m, const SharedMethods& methods);
 void add_ccd(pybind11::module_& m, const SharedMethods& methods);
 void add_scene(pybind11::module_& m, const SharedMethods& methods);
 void add_simulation(pybind11::module_& m, const SharedMethods& methods);
+void add_batch(pybind11::module_& m, const SharedMethods& methods);
 void add_results(pybind11::module_& m, const SharedMethods& methods);
 void add_pictures(pybind11::module_& m);
 void add_compare(pybind11::module_& m, const SharedMethods& methods);

@@ -1,51 +1,29 @@
 // SPDX-License-Identifier: MIT
 //
 // Scenes, and simulations in memory.
-#include <pybind11/stl.h>
-#include <selvedge/bindings/c/driven_simulation.h>
-#include <selvedge/run/result_folder.h>
-#include <selvedge/scene/build.h>
+#include <selvedge/run/internal/state_text.h>
 #include <selvedge/scene/internal/scene_text.h>
-#include <selvedge/simulation/run_result.h>
-#include <selvedge/simulation/simulation.h>
-#include <selvedge/simulation/simulation_state.h>
-#include <selvedge/simulation/step_report.h>
 
-#include "arrays.h"
-#include "interruptible.h"
 #include "parts.h"
+#include "simulation_class.h"
 
 namespace selvedge::python {
 namespace {
 
-using SharedScene = std::shared_ptr<const Scene>;
+/// A simulation alone. Its arrays view its own memory.
+class Session : public bindings::DrivenSimulation {
+ public:
+  static constexpr const char* kName = "simulation";
+  using DrivenSimulation::DrivenSimulation;
 
-using bindings::SavedState;
-using Session = bindings::DrivenSimulation;
-
-/// Calls use(simulation) without the lock of the interpreter.
-template <class Use>
-auto unlocked(Session& session, Use use) {
-  const OneThread mine(session.busy(), "simulation");
-  const py::gil_scoped_release release;
-  return use(session.now());
-}
-
-py::dict contact_table(Session& session) {
-  const std::vector<StepContact> found =
-      unlocked(session, [](Simulation& s) { return s.contacts(); });
-  using C = StepContact;
-  py::dict out;
-  out["kind"] = column<std::uint8_t>(
-      found, [](const C& c) { return static_cast<std::uint8_t>(c.point.kind); });
-  out["vertices"] = column<std::int32_t>(found, [](const C& c) { return c.point.vertex; });
-  out["weights"] = column<double>(found, [](const C& c) { return c.point.weight; });
-  out["normal"] = column<double>(found, [](const C& c) { return c.point.normal; });
-  out["gap"] = column<double>(found, [](const C& c) { return c.gap; });
-  out["rest_gap"] = column<double>(found, [](const C& c) { return c.point.rest_gap; });
-  out["impulse"] = column<double>(found, [](const C& c) { return c.impulse; });
-  return out;
-}
+  std::span<const Vec3> positions() const { return now().positions(); }
+  std::span<const Vec3> velocities() const { return now().velocities(); }
+  std::shared_ptr<const void> owner() const { return now().owner(); }
+  py::array mass() const { return view<double>(std::span<const double>(now().mass()), owner()); }
+  py::array body_positions() const {
+    return view<double>(std::span<const Vec3>(now().body_positions()), owner());
+  }
+};
 
 template <class Named>
 std::vector<std::string> names_of(const std::vector<Named>& list) {
@@ -97,103 +75,22 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
       PyErr_SetObject(failed.ptr(), value.ptr());
     }
   });
-  py::class_<SavedState>(m, "SavedState").def_property_readonly("time", [](const SavedState& s) {
-    return s.state.time;
-  });
-  using S = Session;
-  py::class_<S>(m, "Simulation")
-      .def(
-          py::init([methods](std::shared_ptr<Scene> scene, const std::vector<std::size_t>& driven) {
-            const py::gil_scoped_release release;
-            return std::make_unique<S>(std::move(scene), methods, std::span(driven));
-          }))
-      .def("step", [](S& s) { unlocked(s, [](Simulation& now) { now.step(); }); })
-      .def("step_towards",
-           [](S& s, int frame) {
-             return unlocked(s, [&](Simulation& now) { return now.step_towards(frame); });
-           })
-      .def("verify_frame", [](S& s) { unlocked(s, [](Simulation& now) { now.verify_frame(); }); })
-      .def("reached", [](const S& s, int frame) { return s.now().reached(frame); })
-      .def("set_forces",
-           [](S& s, const Doubles& f) {
-             unlocked(s, [&](Simulation& now) { now.set_forces(positions(f, "forces")); });
-           })
-      .def("hold",
-           [](S& s, const Whole& vertices, const Doubles& x) {
-             const std::span<const std::int32_t> list(vertices.data(),
-                                                      static_cast<std::size_t>(vertices.size()));
-             unlocked(s, [&](Simulation& now) { now.hold(list, positions(x, "x")); });
-           })
-      .def("release",
-           [](S& s, const Whole& vertices) {
-             const std::span<const std::int32_t> list(vertices.data(),
-                                                      static_cast<std::size_t>(vertices.size()));
-             unlocked(s, [&](Simulation& now) { now.release(list); });
-           })
-      .def("release_all", [](S& s) { unlocked(s, [](Simulation& now) { now.release_all(); }); })
-      .def("move_body",
-           [](S& s, std::size_t body, const Doubles& x) {
-             unlocked(s, [&](Simulation&) { s.move_body(body, positions(x, "x")); });
-           })
-      .def("save", [](S& s) { return unlocked(s, [&](Simulation&) { return s.save(); }); })
-      .def("restore",
-           [](S& s, const SavedState& saved) {
-             unlocked(s, [&](Simulation&) { s.restore(saved); });
-           })
-      .def_property_readonly("time", [](const S& s) { return s.now().time(); })
-      .def_property_readonly("steps", [](const S& s) { return s.now().state().step; })
-      .def_property_readonly("nominal_end", [](const S& s) { return s.now().nominal_end(); })
-      .def_property_readonly("last_step",
-                             [](const S& s) {
-                               const auto& lengths = s.now().last_step().lengths;
-                               return lengths.empty() ? 0.0 : lengths.back();
-                             })
-      .def_property_readonly("state_hash", [](const S& s) { return state_hash(s.now().state()); })
-      .def_property_readonly(
-          "positions",
-          [](const S& s) { return view<double>(s.now().positions(), s.now().owner()); })
-      .def_property_readonly(
-          "velocities",
-          [](const S& s) { return view<double>(s.now().velocities(), s.now().owner()); })
-      .def_property_readonly("mass",
-                             [](const S& s) {
-                               return view<double>(std::span<const double>(s.now().mass()),
-                                                   s.now().owner());
-                             })
-      .def_property_readonly(
-          "triangles",
-          [](const S& s) { return view<std::int32_t>(s.now().cloth_triangles(), s.now().owner()); })
-      .def_property_readonly("body_positions",
-                             [](const S& s) {
-                               return view<double>(std::span<const Vec3>(s.now().body_positions()),
-                                                   s.now().owner());
-                             })
-      .def_property_readonly(
-          "body_triangles",
-          [](const S& s) { return view<std::int32_t>(s.now().body_triangles(), s.now().owner()); })
-      .def_property_readonly("piece_begin", [](const S& s) { return s.now().built().piece_begin; })
-      .def_property_readonly("body_begin", &S::body_begin)
-      .def_property_readonly(
-          "vertex_areas",
-          [](const S& s) {
-            return own<double>(vertex_areas(s.now().positions(), s.now().cloth_triangles()));
-          })
-      .def("flags",
-           [](S& s) {
-             return own<std::uint8_t>(unlocked(s, [](Simulation& now) { return now.flags(); }));
-           })
-      .def("contacts", &contact_table)
-      .def("energies",
-           [](S& s) { return unlocked(s, [](Simulation& now) { return now.energies(); }); })
-      .def("result_text",
-           [](S& s) {
-             return result_text(unlocked(s, [](Simulation& now) {
-               RunResult result = now.result();
-               result.rest = now.rest();
-               return result;
-             }));
-           })
-      .def_property_readonly("warnings", &S::warnings);
+  py::class_<MemberState>(m, "SavedState")
+      .def_static("from_text",
+                  [](const std::string& text) {
+                    auto [state, bodies] = state_from_text(text);
+                    return MemberState{std::move(state), std::move(bodies)};
+                  })
+      .def("text", [](const MemberState& s) { return state_text(s.state, s.bodies); })
+      .def_property_readonly("time", [](const MemberState& s) { return s.state.time; });
+  py::class_<Session> simulation(m, "Simulation");
+  simulation.def(
+      py::init([methods](std::shared_ptr<Scene> scene, const std::vector<std::size_t>& driven) {
+        const py::gil_scoped_release release;
+        return std::make_unique<Session>(std::move(scene), methods, std::span(driven));
+      }));
+  define_steps(simulation);
+  define_reading(simulation);
   std::vector<std::string> flags;
   for (int bit = 0; bit < kVertexFlags; ++bit) flags.emplace_back(flag_name(bit));
   m.attr("flag_names") = flags;

@@ -26,7 +26,7 @@
 
 namespace selvedge {
 
-/// What distinguishes the simulations of one scene, so that one set of parts can serve several.
+/// See CarriedSimulation.
 struct Simulation::Carried {
   SimulationState state;
   detail::ProgramInput program;

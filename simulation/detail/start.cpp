@@ -6,6 +6,7 @@
 #include <selvedge/simulation/detail/handles.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
 #include <selvedge/simulation/detail/useful_threads.h>
+#include <selvedge/simulation/internal/carried.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -230,5 +231,24 @@ void Simulation::Parts::take(Carried carried) {
   std::copy(body_x.begin(), body_x.end(), input.x_t0.begin() + static_cast<std::ptrdiff_t>(n()));
   forget_bodies();
 }
+
+CarriedSimulation::CarriedSimulation() : content_(std::make_unique<Simulation::Carried>()) {}
+CarriedSimulation::~CarriedSimulation() = default;
+CarriedSimulation::CarriedSimulation(const CarriedSimulation& other)
+    : content_(std::make_unique<Simulation::Carried>(*other.content_)) {}
+CarriedSimulation::CarriedSimulation(CarriedSimulation&& other) noexcept = default;
+CarriedSimulation& CarriedSimulation::operator=(CarriedSimulation other) noexcept {
+  content_ = std::move(other.content_);
+  return *this;
+}
+CarriedSimulation CarriedSimulation::out_of(Simulation& simulation) {
+  CarriedSimulation carried;
+  *carried.content_ = simulation.parts_->give();
+  return carried;
+}
+void CarriedSimulation::put_into(Simulation& simulation) && {
+  simulation.parts_->take(std::move(*content_));
+}
+const SimulationState& CarriedSimulation::state() const { return content_->state; }
 
 }  // namespace selvedge

@@ -12,6 +12,7 @@ Detection on arrays, exact and in one call:
 
 Simulation:
     Scene(file_or_dict), Simulation(scene)    steps in memory: arrays in and out
+    Batch(scenes)                             many scenes, stepped together on all cores
     run(scene, folder)                        a run with files, as `selvedge run`
 
 Results:
@@ -19,6 +20,9 @@ Results:
     measure(folder)           strains, energies, drape
     compare(scene, vary, folder)   error against run time of methods
     render(x, triangles), render_result(folder), write_png(file, image)
+
+Tasks:
+    tasks.FoldTowel(), HangTowel(), PullSleeve()   environments for hands: reset(seed), step(action)
 
 Methods:
     list_methods()    every method of this build, with promise, source and options
@@ -35,7 +39,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import _core, ccd
+from . import _core, ccd, tasks
+from ._arrays import whole
+from ._batch import Batch
 from ._detection import (
     Candidates,
     Collisions,
@@ -52,6 +58,7 @@ from ._results import check, compare, measure, render, render_result, run, write
 from ._simulation import Scene, Simulation, SimulationFailed, State, VertexFlags
 
 __all__ = [
+    "Batch",
     "Candidates",
     "Collisions",
     "ContactKind",
@@ -77,6 +84,7 @@ __all__ = [
     "render",
     "render_result",
     "run",
+    "tasks",
     "write_png",
 ]
 
@@ -108,7 +116,7 @@ class ThreadLimit:
     """
 
     def __init__(self, threads: int) -> None:
-        self._scope = _core.ThreadScope(threads)
+        self._scope = _core.ThreadScope(whole(threads, "threads"))
 
     def __enter__(self) -> ThreadLimit:
         self._scope.enter()

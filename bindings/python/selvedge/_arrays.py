@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import operator
+import os
 from collections.abc import Mapping
 from typing import Any, Optional, Union
 
@@ -87,6 +88,29 @@ def whole(value: Any, name: str) -> int:
         return operator.index(value)
     except TypeError:
         raise TypeError(f"{name}: must be a whole number, is {value!r}") from None
+
+
+def number(value: Any, name: str) -> float:
+    """A real number, such as a distance."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: must be a number, is {value!r:.80}") from None
+
+
+def path(value: Any, name: str, what: str = "the name of a file or folder") -> str:
+    """The name of a file or folder."""
+    try:
+        return os.fsdecode(value)
+    except TypeError:
+        raise TypeError(f"{name}: must be {what}, is {value!r:.80}") from None
+
+
+def callback(call: Any, name: str) -> Any:
+    """A callable, or None."""
+    if call is not None and not callable(call):
+        raise TypeError(f"{name}: must be callable or None, is {call!r:.80}")
+    return call
 
 
 def method(choice: Method, name: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import Method, mesh, method, positions, triangles as _triangles
+from ._arrays import Method, mesh, method, number, positions, triangles as _triangles
 
 __all__ = [
     "Candidates",
@@ -159,11 +159,16 @@ class Detector:
         narrow_phase: Method = "ccd_exact",
         min_separation: float = 0.0,
     ) -> None:
-        self._core = _core.Detector(
+        self._chosen = (
             method(broad_phase, "broad_phase"),
             method(narrow_phase, "narrow_phase"),
-            float(min_separation),
+            number(min_separation, "min_separation"),
         )
+        self._core = _core.Detector(*self._chosen)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles keep the choice of methods, not their memory."""
+        return Detector, self._chosen
 
     def find_collisions(
         self, x0: ArrayLike, x1: ArrayLike, triangles: ArrayLike, body: Any = None
@@ -181,7 +186,7 @@ class Detector:
     ) -> Candidates:
         """`selvedge.find_candidates` by the broad phase of this detector."""
         found = self._core.candidates(
-            _moving(x0, x1, triangles), _moving_body(body), float(distance)
+            _moving(x0, x1, triangles), _moving_body(body), number(distance, "distance")
         )
         return Candidates(**found)
 
@@ -295,4 +300,4 @@ def find_contacts(
     Raises:
         ValueError, TypeError: as in `find_collisions`.
     """
-    return Contacts(**_core.find_contacts(_state(x, triangles), _resting_body(body), float(distance)))
+    return Contacts(**_core.find_contacts(_state(x, triangles), _resting_body(body), number(distance, "distance")))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import mesh as _mesh, positions, triangles as _triangles, whole
+from ._arrays import callback, mesh as _mesh, number, numbers, path, positions, triangles as _triangles, whole
 from ._simulation import PathLike, Scene, overrides
 
 __all__ = ["check", "compare", "measure", "render", "render_result", "run", "write_png"]
@@ -53,12 +53,12 @@ def run(
     """
     given = scene if isinstance(scene, Scene) else Scene(scene)
     options = {
-        "out": os.fspath(out),
+        "out": path(out, "out"),
         "resume": resume,
         "overwrite": overwrite,
         "every_step": every_step,
     }
-    return dict(json.loads(_core.run(given._core, options, progress)))
+    return dict(json.loads(_core.run(given._core, options, callback(progress, "progress"))))
 
 
 def check(
@@ -107,16 +107,16 @@ def check(
         )
     if next is not None or against_next is not None:
         raise ValueError("check: `next` goes with arrays; use `paths` for files")
-    name_of_rest = "" if rest is None else os.fspath(rest)
+    name_of_rest = "" if rest is None else path(rest, "rest")
     if isinstance(what, (str, os.PathLike)) and os.path.isdir(what):
         if against is not None or paths:
             raise ValueError("check: a result folder contains its bodies and its paths")
-        return _core.check_folder(os.fspath(what), name_of_rest, progress)
+        return _core.check_folder(path(what, "what"), name_of_rest, callback(progress, "progress"))
     single = isinstance(what, (str, os.PathLike))
     if not single and isinstance(what, np.ndarray):
         raise TypeError("check: vertices need `triangles`")
-    files = [os.fspath(what)] if single else [os.fspath(name) for name in what]
-    bodies = [] if against is None else [os.fspath(against)]
+    files = [path(what, "what")] if single else [path(name, "what") for name in what]
+    bodies = [] if against is None else [path(against, "against")]
     rows = _core.check_files(files, bodies, name_of_rest, paths)
     return rows[0] if single else rows
 
@@ -146,7 +146,7 @@ def measure(
         ValueError: the folder has no scene or frames, or no such frame.
     """
     text, arrays = _core.measure(
-        os.fspath(folder), whole(frame, "frame"), support_radius, support_centre
+        path(folder, "folder"), whole(frame, "frame"), support_radius, support_centre
     )
     out: dict[str, Any] = json.loads(text)
     out["arrays"] = arrays
@@ -197,9 +197,9 @@ def compare(
     if error not in _core.error_names():
         raise ValueError(f"compare: error must be one of {_core.error_names()}, is {error!r}")
     axes = [vary] if isinstance(vary, str) else list(vary)
-    command = " ".join(["selvedge compare", os.fspath(scene)] + [f"--vary {a}" for a in axes])
+    command = " ".join(["selvedge compare", path(scene, "scene")] + [f"--vary {a}" for a in axes])
     request: dict[str, Any] = {
-        "scene": os.path.abspath(os.fspath(scene)),
+        "scene": os.path.abspath(path(scene, "scene")),
         "set": overrides(changes),
         "vary": axes,
         "design": design,
@@ -209,7 +209,7 @@ def compare(
         "threads": threads,
         "budget": budget,
         "command": command,
-        "out": os.path.abspath(os.fspath(out)),
+        "out": os.path.abspath(path(out, "out")),
     }
     for job in ("plan", "run"):
         _work(job, request, progress)
@@ -251,15 +251,15 @@ Colour = Optional[tuple[float, float, float]]
 def _camera(
     eye: Any, target: Any, field_of_view: Optional[float], width: Optional[int], height: Optional[int]
 ) -> dict[str, Any]:
-    def point(value: Any) -> Any:
-        return None if value is None else tuple(float(v) for v in value)
+    def point(value: Any, name: str) -> Any:
+        return None if value is None else tuple(numbers(value, name, 3).tolist())
 
     return {
-        "eye": point(eye),
-        "target": point(target),
-        "field_of_view": field_of_view,
-        "width": width,
-        "height": height,
+        "eye": point(eye, "eye"),
+        "target": point(target, "target"),
+        "field_of_view": None if field_of_view is None else number(field_of_view, "field_of_view"),
+        "width": None if width is None else whole(width, "width"),
+        "height": None if height is None else whole(height, "height"),
     }
 
 
@@ -298,7 +298,7 @@ def render(
 
     def drawn(vertices: ArrayLike, faces: ArrayLike, name: str, tint: Colour, crease: float) -> Any:
         usual = (-1.0, 0.0, 0.0)
-        rgb = usual if tint is None else tuple(float(c) for c in tint)
+        rgb = usual if tint is None else tuple(numbers(tint, f"{name}: colour", 3).tolist())
         return _core.Drawn(
             positions(vertices, f"{name}: vertices"),
             _triangles(faces, f"{name}: triangles"),
@@ -335,7 +335,7 @@ def render_result(
         (height, width, 3) uint8, sRGB.
     """
     camera = _camera(eye, target, field_of_view, width, height)
-    return _core.render_result(os.fspath(folder), whole(frame, "frame"), camera)
+    return _core.render_result(path(folder, "folder"), whole(frame, "frame"), camera)
 
 
 def write_png(file: PathLike, image: ArrayLike) -> None:
@@ -343,4 +343,4 @@ def write_png(file: PathLike, image: ArrayLike) -> None:
     picture = np.asarray(image)
     if picture.dtype != np.uint8:
         raise TypeError(f"image: must hold uint8, has the data type {picture.dtype}")
-    _core.write_png(os.fspath(file), np.ascontiguousarray(picture))
+    _core.write_png(path(file, "file"), np.ascontiguousarray(picture))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import indices, positions, whole
+from ._arrays import callback, indices, path, positions, whole
 
 __all__ = ["Scene", "Simulation", "SimulationFailed", "State", "VertexFlags"]
 
@@ -44,10 +44,23 @@ def overrides(changes: Optional[Mapping[str, Any]]) -> list[tuple[str, str]]:
     out = []
     if changes is not None and not isinstance(changes, Mapping):
         raise TypeError(f"changes: must be a dict, is {changes!r:.80}")
-    for path, value in (changes or {}).items():
+    for key, value in (changes or {}).items():
         text = value if isinstance(value, str) else json.dumps(value, default=_plain)
-        out.append((path, text))
+        out.append((str(key), text))
     return out
+
+
+def body_number(scene: Scene, body: Union[str, int]) -> int:
+    """The number of a body of a scene, from its name or number."""
+    names = scene.bodies
+    if isinstance(body, str):
+        if body not in names:
+            raise ValueError(f"no body is called {body!r}; the scene has {names}")
+        return names.index(body)
+    number = whole(body, "body")
+    if not 0 <= number < len(names):
+        raise ValueError(f"there is no body {number}; the scene has {len(names)}, from 0 on")
+    return number
 
 
 class Scene:
@@ -73,10 +86,17 @@ class Scene:
     ) -> None:
         if isinstance(source, Mapping):
             text = json.dumps(source, default=_plain)
-            name = os.path.join(os.fspath(folder) if folder is not None else "", "scene")
+            self._place = os.path.abspath(path(folder or "", "folder", "the name of a folder"))
+            name = os.path.join(path(folder or "", "folder"), "scene")
             self._core = _core.Scene.from_text(text, name, overrides(changes))
         else:
-            self._core = _core.Scene.from_file(os.fspath(source), overrides(changes))
+            file = path(source, "source", "a dict or the name of a file")
+            self._place = os.path.dirname(os.path.abspath(file))
+            self._core = _core.Scene.from_file(file, overrides(changes))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles keep the scene with all defaults; files of meshes stay where they are."""
+        return _scene_from, (self._core.json, self._place)
 
     @property
     def name(self) -> str:
@@ -130,6 +150,22 @@ class State:
         """Seconds."""
         return self._core.time
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _state_from, (self._core.text(),)
+
+
+def _scene_from(text: str, place: str) -> Scene:
+    """A pickled scene."""
+    scene = Scene.__new__(Scene)
+    scene._place = place
+    scene._core = _core.Scene.from_text(text, os.path.join(place, "scene"), [])
+    return scene
+
+
+def _state_from(text: str) -> State:
+    """A pickled state."""
+    return State(_core.SavedState.from_text(text))
+
 
 class Simulation:
     """The cloth of a scene in time, in memory. No file is read or written.
@@ -162,18 +198,16 @@ class Simulation:
             raise TypeError(f"driven: must be a list of names or numbers, is {driven!r:.80}")
         numbers = [self._body(name) for name in driven]
         self._core: _core.Simulation = _core.Simulation(self.scene._core, numbers)
-        self._frame = 0
+
+    @classmethod
+    def _of_member(cls, scene: Scene, core: Any) -> Simulation:
+        simulation = cls.__new__(cls)
+        simulation.scene = scene
+        simulation._core = core
+        return simulation
 
     def _body(self, body: Union[str, int]) -> int:
-        names = self.scene.bodies
-        if isinstance(body, str):
-            if body not in names:
-                raise ValueError(f"no body is called {body!r}; the scene has {names}")
-            return names.index(body)
-        number = whole(body, "body")
-        if not 0 <= number < len(names):
-            raise ValueError(f"there is no body {number}; the scene has {len(names)}, from 0 on")
-        return number
+        return body_number(self.scene, body)
 
     # -- stepping -----------------------------------------------------------------------------
 
@@ -206,15 +240,16 @@ class Simulation:
         """
         core = self._core
         frame = whole(frame, "frame")
-        while self._frame < frame:
-            while not core.reached(self._frame + 1):
+        callback(before_step, "before_step")
+        callback(progress, "progress")
+        for following in range(core.frame + 1, frame + 1):
+            while not core.reached(following):
                 if before_step is not None:
                     before_step(self)
-                core.step_towards(self._frame + 1)
+                core.step_towards(following)
             core.verify_frame()
-            self._frame += 1
             if progress is not None:
-                progress(self._frame, self.time)
+                progress(following, self.time)
 
     # -- inputs -------------------------------------------------------------------------------
 
@@ -276,9 +311,6 @@ class Simulation:
         if not isinstance(state, State):
             raise TypeError(f"state: must be a State, is {state!r:.80}")
         self._core.restore(state._core)
-        self._frame = round(state.time * self.scene.fps)
-        if self._frame / self.scene.fps > state.time + 1e-9:
-            self._frame -= 1
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -291,6 +323,12 @@ class Simulation:
     def steps(self) -> int:
         """Accepted steps so far."""
         return self._core.steps
+
+    @property
+    def nominal_end(self) -> float:
+        """Time at which the nominal step ends that comes next or is under way, seconds: where what
+        `hold` and `move_body` set arrives."""
+        return self._core.nominal_end
 
     @property
     def last_step(self) -> float:

@@ -300,17 +300,19 @@ def test_the_stub_of_the_compiled_half_names_what_it_has():
         return found
 
     assert names(stub.body) == {n for n in vars(core) if not n.startswith("__")}
-    for node in stub.body:
-        if isinstance(node, ast.ClassDef) and node.name != "SimulationFailed":
+    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+    for node in classes.values():
+        if node.name != "SimulationFailed":
             kind = getattr(core, node.name)
             public_names = {n for n in vars(kind) if not n.startswith("_")}
-            assert names(node.body) - {"__init__"} == public_names, node.name
+            said = names(node.body).union(*(names(classes[base.id].body) for base in node.bases))
+            assert said - {"__init__"} == public_names, node.name
 
 
 # pybind11 gives its classes a metaclass and a general __init__; the names of array types exist for the stub alone.
 OF_PYBIND11 = """
 selvedge\\._core\\.(Bytes|Floats|Indices)
-selvedge\\._core\\.(Detector|Drawn|SavedState|Scene|Simulation|Surface|ThreadScope)
+selvedge\\._core\\.(Batch|Detector|Drawn|Member|SavedState|Scene|Simulation|Surface|ThreadScope)
 selvedge\\._core\\.(SavedState|Scene)\\.__init__
 """
 
@@ -362,3 +364,34 @@ def test_every_public_name_is_documented_and_annotated():
                     assert known or parameter.name == "self", (function, parameter)
     text = pydoc.render_doc(selvedge, renderer=pydoc.plaintext)
     assert "find_collisions(x0" in text and "(n, 3) metres" in text
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: selvedge.Scene(5),
+        lambda: selvedge.Scene({}, folder=5),
+        lambda: selvedge.Scene({}, changes=5),
+        lambda: selvedge.Simulation(5),
+        lambda: selvedge.Batch(5),
+        lambda: selvedge.Batch([5]),
+        lambda: selvedge.Detector(5),
+        lambda: selvedge.Detector(min_separation="near"),
+        lambda: selvedge.ThreadLimit("two"),
+        lambda: selvedge.run({}, 5),
+        lambda: selvedge.check(5),
+        lambda: selvedge.measure(5),
+        lambda: selvedge.render_result(5),
+        lambda: selvedge.write_png(5, np.zeros((2, 2, 3), np.uint8)),
+        lambda: selvedge.render(np.eye(3), [[0, 1, 2]], eye="here"),
+        lambda: selvedge.render(np.eye(3), [[0, 1, 2]], colour=5),
+        lambda: selvedge.render(np.eye(3), [[0, 1, 2]], width="wide"),
+        lambda: selvedge.find_contacts(np.eye(3), [[0, 1, 2]], "near"),
+        lambda: selvedge.find_collisions(np.eye(3), np.eye(3), [[0, 1, 2]], body=5),
+    ],
+)
+def test_an_argument_of_another_type_is_refused_in_one_sentence(call):
+    with pytest.raises((TypeError, ValueError)) as refused:
+        call()
+    sentence = str(refused.value)
+    assert "\n" not in sentence and "incompatible" not in sentence and len(sentence.split()) > 3, sentence

@@ -71,3 +71,10 @@ def test_learning_loop(tmp_path):
     error, baseline = (float(part.split()[0]) for part in out.split("\n")[1].split(": ")[1:])
     assert error < baseline
     assert (tmp_path / "learning_loop.svg").read_text().count("<circle") == 15
+
+
+def test_cloth_tasks(tmp_path, capsys):
+    rows = load("cloth_tasks").main(["--task", "fold", "--seeds", "1", "--picture", str(tmp_path / "out")])
+    assert [row["success"] for row in rows] == [True] and rows[0]["clean"]
+    assert (tmp_path / "out" / "cloth_tasks.png").stat().st_size > 1000
+    assert "fold: 1 of 1 succeed" in capsys.readouterr().out

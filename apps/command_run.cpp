@@ -39,13 +39,8 @@ struct RunOptions {
   QueryRecorderConfig record;
 };
 
-void draw(const Scene& scene, const std::filesystem::path& out, int frame) {
-  const CameraSpec& camera = scene.output.camera;
-  CameraChoice choice;
-  choice.eye = camera.eye;
-  choice.target = camera.target;
-  choice.field_of_view = camera.field_of_view;
-  render_result_frame(out, frame, choice, numbered(out / "pictures", "frame", frame, 5, ".png"));
+void draw(const std::filesystem::path& out, int frame) {
+  render_result_frame(out, frame, {}, numbered(out / "pictures", "frame", frame, 5, ".png"));
 }
 
 /// The detector of the scene that may miss collisions; "" if none may.
@@ -164,7 +159,7 @@ int run_command(const RunOptions& options) {
   const RunResult result = run_or_explain(scene, config, bar);
   bar.clear();
   recording.write();
-  if (!options.no_picture) draw(scene, config.out, result.frames - 1);
+  if (!options.no_picture) draw(config.out, result.frames - 1);
   if (options.json)
     print_file(config.out / "result.json");
   else

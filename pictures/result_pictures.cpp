@@ -4,7 +4,9 @@
 #include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/pictures/picture_files.h>
 #include <selvedge/pictures/result_pictures.h>
+#include <selvedge/run/internal/part_colours.h>
 #include <selvedge/run/result_folder.h>
+#include <selvedge/scene/scene.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -117,28 +119,10 @@ void flatten(std::span<const Vec3> x, std::span<const Triangle> part,
 
 // ---- looks ---------------------------------------------------------------------------------
 
-struct Dye {
-  Vec3 front, back;  ///< linear RGB
-};
-
-/// Dyes of the pieces of cloth in order, repeated if there are more pieces.
-const std::array<Dye, 6>& dyes() {
-  static const std::array<Dye, 6> list = {{
-      {{0.50, 0.085, 0.065}, {0.72, 0.50, 0.24}},  // madder, straw
-      {{0.045, 0.21, 0.27}, {0.40, 0.58, 0.56}},   // petrol, celadon
-      {{0.62, 0.34, 0.050}, {0.70, 0.58, 0.40}},   // ochre, sand
-      {{0.11, 0.14, 0.36}, {0.45, 0.50, 0.66}},    // indigo, lavender
-      {{0.17, 0.26, 0.090}, {0.52, 0.57, 0.38}},   // moss, sage
-      {{0.28, 0.060, 0.17}, {0.66, 0.43, 0.50}},   // plum, rose
-  }};
-  return list;
-}
-
-constexpr double kBodyCrease = 40.0;  // degrees
 constexpr double kClothSheen = 0.5;
 
 RenderSurface cloth_surface(std::size_t piece) {
-  const Dye& dye = dyes()[piece % dyes().size()];
+  const Dye& dye = piece_dye(piece);
   RenderSurface surface;
   surface.front = dye.front;
   surface.back = dye.back;
@@ -148,7 +132,7 @@ RenderSurface cloth_surface(std::size_t piece) {
 
 RenderSurface body_surface() {
   RenderSurface surface;
-  surface.front = surface.back = Vec3(0.47, 0.475, 0.485);
+  surface.front = surface.back = body_colour();
   surface.crease = kBodyCrease;
   return surface;
 }
@@ -297,6 +281,10 @@ void ResultPictures::read_scene_file() {
   take(member(camera, "eye"), scene_camera_.eye);
   take(member(camera, "target"), scene_camera_.target);
   take(member(camera, "field_of_view"), scene_camera_.field_of_view);
+  // The place that a scene has by default is a direction of view alone.
+  const CameraSpec by_default;
+  if (scene_camera_.eye == by_default.eye && scene_camera_.target == by_default.target)
+    scene_camera_.eye = scene_camera_.target = std::nullopt;
   std::optional<double> fps;
   take(member(member(&scene, "time"), "fps"), fps);
   if (fps && *fps > 0.0) fps_ = *fps;
@@ -331,17 +319,22 @@ Camera ResultPictures::camera(const CameraChoice& choice, std::span<const int> s
   const auto eye = choice.eye ? choice.eye : scene_camera_.eye;
   const auto target = choice.target ? choice.target : scene_camera_.target;
   Bounds seen;
+  std::vector<Vec3> points;
+  const auto see = [&](const std::vector<Vec3>& x, const std::vector<Triangle>& triangles) {
+    seen.add(bounds_of(x, triangles));
+    for (const Triangle& t : triangles)
+      for (const std::int32_t v : t) points.push_back(x[static_cast<std::size_t>(v)]);
+  };
   if (!eye || !target)
     for (const int frame : shown) {
       const TriangleMesh mesh = cloth(frame);
-      seen.add(bounds_of(mesh.vertices, mesh.triangles));
+      see(mesh.vertices, mesh.triangles);
       const TriangleMesh& body = bodies(frame);
       for (const auto& part : connected_parts(body.vertices.size(), body.triangles))
-        if (const Bounds b = bounds_of(body.vertices, part); b.diagonal() <= backdrop_size_)
-          seen.add(b);
+        if (bounds_of(body.vertices, part).diagonal() <= backdrop_size_) see(body.vertices, part);
     }
   if (!(seen.low.x() <= seen.high.x())) seen.low = seen.high = Vec3::Zero();
-  if (!eye && !target) return framed(camera, seen.low, seen.high);
+  if (!eye && !target) return framed(camera, points);
   const Vec3 direction = camera.eye - camera.target;
   const double distance = std::max(2.0 * seen.diagonal(), 1e-3);
   camera.target = target.value_or(0.5 * (seen.low + seen.high));

@@ -128,6 +128,18 @@ void check_frames(const std::vector<int>& chosen, const std::vector<int>& all,
                                               result.string(), number, all.front(), all.back()));
 }
 
+void name_pieces(const detail::SceneOfView& scene, ResultView& view) {
+  const std::size_t vertices = scene.built.cloth.surface.vertices.size();
+  if (std::ranges::any_of(view.frames,
+                          [&](const ViewFrame& f) { return f.cloth.x.size() != vertices; }))
+    return;
+  for (std::size_t p = 0; p < scene.scene.cloths.size(); ++p) {
+    const std::string& name = scene.scene.cloths[p].name;
+    view.pieces.emplace_back(static_cast<std::size_t>(scene.built.piece_begin[p]),
+                             name.empty() ? fmt::format("cloth {}", p) : name);
+  }
+}
+
 void read_frames(const fs::path& result, const ViewConfig& config, ResultView& view) {
   const std::vector<int> all = view_frames(result);
   check_frames(config.frames, all, result);
@@ -153,6 +165,7 @@ void read_frames(const fs::path& result, const ViewConfig& config, ResultView& v
     builder.add_frame(number, number / view.fps, std::move(cloth));
   }
   view.fields = fields.fields();
+  if (scene) name_pieces(*scene, view);
   note_end(result, view);
 }
 

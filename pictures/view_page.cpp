@@ -93,6 +93,7 @@ OrderedJson view_json(const ResultView& view) {
   OrderedJson json = {{"name", view.name},
                       {"fps", view.fps},
                       {"error_m", quantisation_error(view)},
+                      {"pieces", view.pieces},
                       {"notes", view.notes}};
   for (const char* list : {"triangles", "bodies", "frames", "fields", "pairs"})
     json[list] = OrderedJson::array();

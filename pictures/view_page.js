@@ -148,7 +148,7 @@ const short = x => x === 0 ? "0" : Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.
 
 const fieldOfView = 35 * Math.PI / 180;
 const start = { az: -54, el: 24 };
-const state = { frame: 0, colour: "none", wire: false, bodies: true, az: start.az, el: start.el, zoom: 1, pan: [0, 0, 0], playing: false };
+const state = { frame: first.pairs.length ? 0 : frameCount - 1, colour: "none", wire: false, bodies: true, az: start.az, el: start.el, zoom: 1, pan: [0, 0, 0], playing: false };
 
 // Box of the cloth over all frames and results: the centre of the view and its size.
 const bounds = (() => {
@@ -453,6 +453,7 @@ function drawNotes() {
   results.forEach((result, r) => {
     const name = results.length > 1 ? (r === 0 ? "First: " : "Second: ") : "";
     for (const note of result.notes) list.push(name + note);
+    if (result.pieces.length > 1) list.push(`${name}pieces of cloth: ${result.pieces.map(p => p[1]).join(", ")}.`);
     if (result.pairs.length) list.push(`${name}${result.pairs.length} pairs collide during this attempt (red), the first at t = ${short(Math.min(...result.pairs.map(p => p.toi)))}.`);
     list.push(`${name}${result.frames.length} frames; positions are exact to ${short(1000 * result.error_m)} mm.`);
   });
@@ -541,6 +542,12 @@ function nextColour() {
   changed();
 }
 
+// " of " and the name of the piece of a vertex.
+function pieceOf(r, vertex) {
+  const piece = results[r].pieces.findLast(p => p[0] <= vertex);
+  return piece ? ` of ${piece[1]}` : "";
+}
+
 // The vertex that is drawn nearest to the eye within a few pixels.
 function pick(px, py) {
   const scale = canvas.width / canvas.clientWidth, x = px * scale, y = canvas.height - py * scale;
@@ -558,7 +565,7 @@ function pick(px, py) {
   const field = fieldOf(r), bytes = field && fieldBytes(field, state.frame);
   const value = field ? valueOf(field, bytes ? bytes[best] : zeroOf(field)) : null;
   const flagged = field && field.scale === "flags" ? flagNames.filter(f => value & f[0]).map(f => f[1]).join(", ") || "no flag" : null;
-  $("picked").textContent = `Vertex ${best}${results.length > 1 ? (r === 0 ? " of the first" : " of the second") : ""} at ${[0, 1, 2].map(k => points[3 * best + k].toFixed(4)).join(", ")} m` +
+  $("picked").textContent = `Vertex ${best}${pieceOf(r, best)}${results.length > 1 ? (r === 0 ? ", first result," : ", second result,") : ""} at ${[0, 1, 2].map(k => points[3 * best + k].toFixed(4)).join(", ")} m` +
     (field ? `: ${field.name} ${flagged ?? short(value) + " " + field.unit}` : "") + ".";
 }
 

@@ -5,6 +5,8 @@
 #include <selvedge/core/base/registry.h>
 #include <selvedge/core/base/types.h>
 
+#include <array>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -14,6 +16,17 @@
 namespace selvedge {
 
 class OpenFile;
+
+/// A piece of cloth or a body in the arrays of a frame: some of the vertices, and the triangles
+/// whose first vertex is one of them.
+struct FramePart {
+  std::string name;
+  std::size_t first = 0, count = 0;  ///< vertices
+  Vec3 colour = Vec3::Zero();        ///< linear RGB in [0,1]
+};
+
+/// Texture coordinates, in the square from 0 to 1.
+using TexturePoint = std::array<double, 2>;
 
 /// One state as frame writers get it. The views are valid during the call only.
 struct Frame {
@@ -28,6 +41,11 @@ struct Frame {
   /// body moves.
   std::span<const Vec3> bodies;
   std::span<const Triangle> body_triangles;
+  /// Empty: the cloth is one part, and so are the bodies.
+  std::span<const FramePart> pieces{}, body_parts{};
+  /// Of the corners of each triangle of the cloth, from its flat rest shape; NaN in pieces that
+  /// have no flat one. Empty: none.
+  std::span<const std::array<TexturePoint, 3>> texture{};
 };
 
 /// Writes the frames of one run in one format. Every function throws std::runtime_error that names

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/run/detail/float_points.h>
+#include <selvedge/run/detail/part_mesh.h>
 #include <selvedge/run/detail/spool_file.h>
 #include <selvedge/run/frame_writer.h>
 
@@ -9,6 +10,7 @@
 #include <bit>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
@@ -89,73 +91,151 @@ class GltfBuffer {
   GltfJson views_ = GltfJson::array(), accessors_ = GltfJson::array();
 };
 
-/// A mesh whose first frame is its shape. Every later frame is a morph target: the differences of
-/// all vertices from the first frame.
-class GltfMesh {
+/// glTF has the origin of textures above, ours is below.
+std::vector<float> texture_numbers(const std::vector<TexturePoint>& texture) {
+  std::vector<float> numbers;
+  for (const TexturePoint& uv : texture) {
+    numbers.push_back(static_cast<float>(uv[0]));
+    numbers.push_back(static_cast<float>(1.0 - uv[1]));
+  }
+  return numbers;
+}
+
+/// Vectors of each vertex in all frames: those of the first frame, and the differences of each
+/// later one from them.
+class GltfSeries {
  public:
-  GltfMesh(std::string name, std::vector<double> colour, fs::path file)
-      : name_(std::move(name)), colour_(std::move(colour)), file_(std::move(file)) {}
-
-  bool empty() const { return base_.empty(); }
-  std::size_t targets() const { return targets_.size(); }
-
-  void append(std::span<const Vec3> x, std::span<const Triangle> triangles, float seconds,
-              GltfBuffer& buffer) {
-    std::vector<Vec3> points = with_y_up(x);
-    seconds_.push_back(seconds);
+  void append(const std::vector<float>& numbers, GltfBuffer& buffer) {
     if (base_.empty()) {
-      std::vector<std::uint32_t> indices;
-      for (const Triangle& t : triangles) indices.insert(indices.end(), t.begin(), t.end());
-      indices_ = buffer.append(indices, "SCALAR", 1, kElementBuffer);
-      // Differences are taken from the positions as the file has them.
-      base_ = detail::float_points(points, file_);
-      position_ = buffer.append(base_, "VEC3", 3, kArrayBuffer);
+      base_ = numbers;
+      accessor_ = buffer.append(base_, "VEC3", 3, kArrayBuffer);
       return;
     }
-    detail::check_point_count(points.size(), base_.size() / 3, file_);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      for (int axis = 0; axis < 3; ++axis)
-        points[i][axis] -= base_[3 * i + static_cast<std::size_t>(axis)];
-    targets_.push_back(buffer.append(detail::float_points(points, file_), "VEC3", 3, kArrayBuffer));
+    std::vector<float> change(numbers.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) change[i] = numbers[i] - base_[i];
+    targets_.push_back(buffer.append(change, "VEC3", 3, kArrayBuffer));
+  }
+  /// As the first frame: one accessor for all such frames.
+  void append_rest(GltfBuffer& buffer) {
+    if (rest_ < 0) rest_ = buffer.append(std::vector<float>(base_.size()), "VEC3", 3, kArrayBuffer);
+    targets_.push_back(rest_);
+  }
+  const std::vector<float>& base() const { return base_; }
+  int accessor() const { return accessor_; }
+  const std::vector<int>& targets() const { return targets_; }
+
+ private:
+  std::vector<float> base_;
+  int accessor_ = 0, rest_ = -1;
+  std::vector<int> targets_;
+};
+
+/// A piece of cloth or a body whose first frame is its shape. Every later frame is a morph target;
+/// of a body at rest there are none.
+class GltfMesh {
+ public:
+  GltfMesh(detail::PartMesh part, fs::path file) : part_(std::move(part)), file_(std::move(file)) {}
+
+  std::size_t targets() const { return positions_.targets().size(); }
+  const std::string& name() const { return part_.name; }
+
+  void append(double time, std::span<const Vec3> x, std::span<const NamedValues> values,
+              GltfBuffer& buffer) {
+    const std::vector<Vec3> points = detail::points_of(part_, x);
+    const std::vector<float> numbers = detail::float_points(with_y_up(points), file_);
+    seconds_.push_back(static_cast<float>(time));
+    note_values(values);
+    if (positions_.base().empty()) begin(buffer);
+    if (numbers == positions_.base()) {
+      ++at_rest_;
+      return;
+    }
+    for (; at_rest_ > 0; --at_rest_) {
+      positions_.append_rest(buffer);
+      normals_.append_rest(buffer);
+    }
+    const std::vector<Vec3> normals = with_y_up(detail::normals_of(part_, points));
+    const bool first = positions_.base().empty();
+    positions_.append(numbers, buffer);
+    normals_.append(detail::float_points(normals, file_), buffer);
+    if (first) at_rest_ = 0;
+  }
+
+  /// Values of all frames, once no frame follows: the flags of any frame, the pressure of the last.
+  void finish(GltfBuffer& buffer) {
+    for (auto& [name, values] : values_)
+      attributes_[name] = buffer.append(values, "SCALAR", 1, kArrayBuffer);
+    if (targets() == 0) return;
+    for (; at_rest_ > 0; --at_rest_) {
+      positions_.append_rest(buffer);
+      normals_.append_rest(buffer);
+    }
   }
 
   GltfJson mesh(int material) const {
+    GltfJson attributes = {{"POSITION", positions_.accessor()}, {"NORMAL", normals_.accessor()}};
+    attributes.update(attributes_);
     GltfJson primitive = {
-        {"attributes", {{"POSITION", position_}}}, {"indices", indices_}, {"material", material}};
-    GltfJson mesh = {{"name", name_}};
-    if (!targets_.empty()) {
-      for (const int target : targets_) primitive["targets"].push_back({{"POSITION", target}});
-      mesh["weights"] = std::vector<int>(targets_.size(), 0);
+        {"attributes", std::move(attributes)}, {"indices", indices_}, {"material", material}};
+    GltfJson mesh = {{"name", name()}};
+    if (targets() > 0) {
+      for (std::size_t i = 0; i < targets(); ++i)
+        primitive["targets"].push_back(
+            {{"POSITION", positions_.targets()[i]}, {"NORMAL", normals_.targets()[i]}});
+      mesh["weights"] = std::vector<int>(targets(), 0);
     }
     mesh["primitives"] = GltfJson::array({std::move(primitive)});
     return mesh;
   }
 
   GltfJson material() const {
-    GltfJson colour = colour_;
-    return {{"name", name_},
+    const Vec3& c = part_.colour;
+    return {{"name", name()},
             {"doubleSided", true},
             {"pbrMetallicRoughness",
-             {{"baseColorFactor", colour}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.85}}}};
+             {{"baseColorFactor", {c.x(), c.y(), c.z(), 1.0}},
+              {"metallicFactor", 0.0},
+              {"roughnessFactor", 0.85}}}};
   }
-
-  const std::string& name() const { return name_; }
 
   /// Accessors of the times and of the weights: frame i has weight 1 on target i - 1.
   std::pair<int, int> append_weights(GltfBuffer& buffer) const {
-    std::vector<float> weights(seconds_.size() * targets_.size(), 0.0F);
-    for (std::size_t i = 0; i < targets_.size(); ++i) weights[(i + 1) * targets_.size() + i] = 1.0F;
+    std::vector<float> weights(seconds_.size() * targets(), 0.0F);
+    for (std::size_t i = 0; i < targets(); ++i) weights[(i + 1) * targets() + i] = 1.0F;
     const int times = buffer.append(seconds_, "SCALAR", 1, 0);
     return {times, buffer.append(weights, "SCALAR", 1, 0)};
   }
 
  private:
-  std::string name_;
-  std::vector<double> colour_;
+  void begin(GltfBuffer& buffer) {
+    std::vector<std::uint32_t> indices;
+    for (const Triangle& t : part_.triangles) indices.insert(indices.end(), t.begin(), t.end());
+    indices_ = buffer.append(indices, "SCALAR", 1, kElementBuffer);
+    if (!part_.texture.empty())
+      attributes_["TEXCOORD_0"] =
+          buffer.append(texture_numbers(part_.texture), "VEC2", 2, kArrayBuffer);
+  }
+
+  void note_values(std::span<const NamedValues> values) {
+    const std::vector<float> flags = detail::values_of(part_, values, "flag");
+    std::vector<float>& all = values_["_FLAG"];
+    all.resize(flags.size(), 0.0F);
+    for (std::size_t i = 0; i < flags.size(); ++i)
+      all[i] = static_cast<float>(static_cast<int>(all[i]) | static_cast<int>(flags[i]));
+    if (all.empty()) values_.erase("_FLAG");
+    if (std::vector<float> pressure = detail::values_of(part_, values, "pressure");
+        !pressure.empty())
+      values_["_PRESSURE"] = std::move(pressure);
+  }
+
+  detail::PartMesh part_;
   fs::path file_;
-  std::vector<float> base_, seconds_;
-  int indices_ = 0, position_ = 0;
-  std::vector<int> targets_;
+  std::vector<float> seconds_;
+  int indices_ = 0;
+  std::size_t at_rest_ = 0;  // frames with the shape of the first one that have no target yet
+  GltfSeries positions_, normals_;
+  GltfJson attributes_ = GltfJson::object();
+  std::map<std::string, std::vector<float>> values_;
 };
 
 class GltfFrames final : public FrameWriter {
@@ -166,18 +246,22 @@ class GltfFrames final : public FrameWriter {
     const fs::path file = out_ / "result.glb";
     if (frame.number == 0) {
       buffer_.emplace(out_);
-      meshes_.clear();
-      meshes_.emplace_back("cloth", std::vector<double>{0.5, 0.085, 0.065, 1.0}, file);
-      meshes_.emplace_back("bodies", std::vector<double>{0.47, 0.475, 0.485, 1.0}, file);
+      start(cloth_, frame, detail::FrameHalf::cloth);
+      start(bodies_, frame, detail::FrameHalf::bodies);
+      vertices_ = frame.x.size();
+      body_vertices_ = frame.bodies.size();
     }
-    const auto seconds = static_cast<float>(frame.time);
-    meshes_[0].append(frame.x, frame.triangles, seconds, *buffer_);
-    if (!frame.bodies.empty())
-      meshes_[1].append(frame.bodies, frame.body_triangles, seconds, *buffer_);
+    detail::check_point_count(frame.x.size(), vertices_, file);
+    for (GltfMesh& mesh : cloth_) mesh.append(frame.time, frame.x, frame.values, *buffer_);
+    if (frame.bodies.empty()) return;
+    detail::check_point_count(frame.bodies.size(), body_vertices_, file);
+    for (GltfMesh& mesh : bodies_) mesh.append(frame.time, frame.bodies, {}, *buffer_);
   }
 
   void finish() override {
     if (!buffer_) return;
+    for (auto* half : {&cloth_, &bodies_})
+      for (GltfMesh& mesh : *half) mesh.finish(*buffer_);
     std::string json = description().dump();
     json.resize((json.size() + 3) / 4 * 4, ' ');
     const std::size_t total = 12 + 8 + json.size() + 8 + buffer_->bytes().size();
@@ -201,21 +285,28 @@ class GltfFrames final : public FrameWriter {
   }
 
  private:
+  void start(std::vector<GltfMesh>& meshes, const Frame& frame, detail::FrameHalf half) const {
+    meshes.clear();
+    for (detail::PartMesh& part : detail::part_meshes(frame, half))
+      if (!part.triangles.empty()) meshes.emplace_back(std::move(part), out_ / "result.glb");
+  }
+
   GltfJson description() {
     GltfJson json = {{"asset", {{"version", "2.0"}, {"generator", "selvedge"}}}, {"scene", 0}};
     GltfJson nodes = GltfJson::array(), channels = GltfJson::array(), samplers = GltfJson::array();
-    for (const GltfMesh& mesh : meshes_) {
-      if (mesh.empty()) continue;
+    const auto add = [&](const GltfMesh& mesh) {
       const int index = static_cast<int>(nodes.size());
       nodes.push_back({{"name", mesh.name()}, {"mesh", index}});
       json["meshes"].push_back(mesh.mesh(index));
       json["materials"].push_back(mesh.material());
-      if (mesh.targets() == 0) continue;
+      if (mesh.targets() == 0) return;
       const auto [times, weights] = mesh.append_weights(*buffer_);
       channels.push_back(
           {{"sampler", samplers.size()}, {"target", {{"node", index}, {"path", "weights"}}}});
       samplers.push_back({{"input", times}, {"output", weights}, {"interpolation", "LINEAR"}});
-    }
+    };
+    for (const auto* half : {&cloth_, &bodies_})
+      for (const GltfMesh& mesh : *half) add(mesh);
     std::vector<std::size_t> all(nodes.size());
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
     json["scenes"] = GltfJson::array({GltfJson{{"nodes", all}}});
@@ -231,7 +322,8 @@ class GltfFrames final : public FrameWriter {
 
   fs::path out_;
   std::optional<GltfBuffer> buffer_;
-  std::vector<GltfMesh> meshes_;
+  std::vector<GltfMesh> cloth_, bodies_;
+  std::size_t vertices_ = 0, body_vertices_ = 0;  // of each frame
 };
 
 }  // namespace
@@ -241,8 +333,9 @@ void register_gltf(FrameFormatRegistry& registry) {
       "gltf", {},
       [](const MethodOptions&, const fs::path& out) { return std::make_unique<GltfFrames>(out); },
       {.promise =
-           "one binary file of all frames in float with cloth and bodies, a morph target per "
-           "frame, written at the end of the run",
+           "one binary file of all frames in float, a mesh for each piece and body with normals, "
+           "texture coordinates, colour, flags and pressure, a morph target per frame, written at "
+           "the end of the run",
        .source = "glTF 2.0, ISO/IEC 12113:2022",
        .files = {"result.glb"},
        .one_mesh = true});

@@ -14,6 +14,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace selvedge {
@@ -68,6 +69,8 @@ struct ResultView {
   std::vector<ViewFrame> frames;
   std::vector<ViewField> fields;
   std::vector<ViewPair> pairs;
+  /// Names of the pieces of cloth, each with its first vertex; empty where a mesh changes.
+  std::vector<std::pair<std::size_t, std::string>> pieces;
   std::vector<std::string> notes;  ///< sentences: what is not shown and why, why a run stopped
 };
 

@@ -362,25 +362,43 @@ Image render(const Camera& camera, std::span<const RenderSurface> surfaces,
 }
 
 Camera framed(Camera camera, const Vec3& low, const Vec3& high) {
-  const Vec3 direction = (camera.target - camera.eye).normalized();
-  const double vertical = camera.field_of_view * std::numbers::pi / 360.0;
-  const double horizontal = std::atan(std::tan(vertical) * camera.width / camera.height);
+  std::array<Vec3, 8> corners;
+  for (std::size_t corner = 0; corner < 8; ++corner)
+    for (int axis = 0; axis < 3; ++axis)
+      corners[corner][axis] = (corner >> axis & 1) != 0 ? high[axis] : low[axis];
+  return framed(camera, corners);
+}
+
+// In the frame of the view (right r, up u, ahead d), an eye at e sees p if |p_r - e_r| <= w (p_d -
+// e_d) with the half width w of the view at distance 1: e_r - w e_d >= max(p_r - w p_d) and -e_r -
+// w e_d >= max(-p_r - w p_d). The sum of both bounds e_d, their difference centres e_r.
+Camera framed(Camera camera, std::span<const Vec3> points) {
+  if (points.empty()) return camera;
+  const Vec3 ahead = (camera.target - camera.eye).normalized();
+  const Vec3 right = ahead.cross(camera.up).normalized();
+  const Vec3 up = right.cross(ahead);
   constexpr double margin = 1.04, smallest = 1e-6;
-  const Vec3 right = direction.cross(camera.up).normalized();
-  const Vec3 up = right.cross(direction);
-  // Each corner of the box must lie within the view. Its offset to the side determines how far in
-  // front of the eye it must be.
-  camera.target = 0.5 * (low + high);
-  double distance = smallest;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 d((corner & 1) != 0 ? high.x() : low.x(), (corner & 2) != 0 ? high.y() : low.y(),
-                 (corner & 4) != 0 ? high.z() : low.z());
-    const Vec3 r = d - camera.target;
-    const double ahead = r.dot(direction);
-    distance = std::max({distance, std::abs(r.dot(right)) / std::tan(horizontal) - ahead,
-                         std::abs(r.dot(up)) / std::tan(vertical) - ahead});
+  const double tall = std::tan(camera.field_of_view * std::numbers::pi / 360.0) / margin;
+  const std::array<Vec3, 2> axes = {right, up};
+  const std::array<double, 2> half = {tall * camera.width / camera.height, tall};
+  std::array<double, 2> across{};
+  double eye = std::numeric_limits<double>::infinity();
+  double middle = 0.0;
+  for (const Vec3& p : points) middle += p.dot(ahead) / static_cast<double>(points.size());
+  for (std::size_t k = 0; k < 2; ++k) {
+    double most = -std::numeric_limits<double>::infinity(), least = most;
+    for (const Vec3& p : points) {
+      const double depth = half[k] * p.dot(ahead);
+      most = std::max(most, p.dot(axes[k]) - depth);
+      least = std::max(least, -p.dot(axes[k]) - depth);
+    }
+    across[k] = 0.5 * (most - least);
+    eye = std::min(eye, -0.5 * (most + least) / half[k]);
   }
-  camera.eye = camera.target - margin * distance * direction;
+  middle = std::max(middle, eye + smallest);
+  const Vec3 side = across[0] * right + across[1] * up;
+  camera.eye = side + eye * ahead;
+  camera.target = side + middle * ahead;
   return camera;
 }
 

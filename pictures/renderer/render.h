@@ -54,5 +54,7 @@ Image render(const Camera& camera, std::span<const RenderSurface> surfaces,
 /// Returns `camera` with its eye and target moved so that the box from `low` to `high` just fits
 /// the picture. The direction of view stays the same.
 Camera framed(Camera camera, const Vec3& low, const Vec3& high);
+/// The same for points: some of them are next to two opposite edges of the picture.
+Camera framed(Camera camera, std::span<const Vec3> points);
 
 }  // namespace selvedge

@@ -3,6 +3,7 @@
 
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/base/internal/json_value.h>
+#include <selvedge/run/frame_writer.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>
@@ -28,6 +29,12 @@ struct Checkpoint {
   RunResult result;  ///< of the run so far; only the fields that a checkpoint keeps
 };
 
+/// The pieces and bodies of a simulation, for files that keep them apart.
+struct FrameParts {
+  std::vector<FramePart> pieces, bodies;
+  std::vector<std::array<TexturePoint, 3>> texture;  ///< see Frame::texture
+};
+
 /// A state of a run as its files hold it. It is a copy, so that a task can write it while the
 /// simulation goes on.
 struct StateCopy {
@@ -39,6 +46,7 @@ struct StateCopy {
   std::vector<Vec3> bodies;                             ///< m; empty if the bodies are not due
   std::span<const Triangle> triangles, body_triangles;  ///< of `owner`
   std::shared_ptr<const void> owner;
+  std::shared_ptr<const FrameParts> parts{};  ///< null: no format needs them
 };
 
 /// Writes checkpoint.ply and checkpoint.json into the result folder `out`. `result`: of the run up

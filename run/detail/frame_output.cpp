@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/run/detail/frame_output.h>
+#include <selvedge/run/internal/part_colours.h>
 #include <selvedge/run/result_folder.h>
+#include <selvedge/scene/build.h>
 #include <selvedge/scene/scene.h>
 #include <selvedge/simulation/step_report.h>
 
+#include <Eigen/Geometry>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -21,15 +26,59 @@ MethodOptions options_of(const OutputSpec& output, const std::string& name) {
   return found == output.format_options.end() ? MethodOptions{} : found->second;
 }
 
+void add_parts(const FrameParts& parts, Frame& frame) {
+  frame.pieces = parts.pieces;
+  frame.body_parts = parts.bodies;
+  frame.texture = parts.texture;
+}
+
 Frame frame_of(const StateCopy& copy, const std::vector<NamedValues>& values) {
-  return {.number = copy.number,
-          .time = copy.time,
-          .x = copy.state.x,
-          .v = copy.state.v,
-          .triangles = copy.triangles,
-          .values = values,
-          .bodies = copy.bodies,
-          .body_triangles = copy.body_triangles};
+  Frame frame = {.number = copy.number,
+                 .time = copy.time,
+                 .x = copy.state.x,
+                 .v = copy.state.v,
+                 .triangles = copy.triangles,
+                 .values = values,
+                 .bodies = copy.bodies,
+                 .body_triangles = copy.body_triangles};
+  if (copy.parts) add_parts(*copy.parts, frame);
+  return frame;
+}
+
+template <class Spec>
+std::vector<std::string> names_of(const std::vector<Spec>& specs, const char* kind) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < specs.size(); ++i)
+    names.push_back(specs[i].name.empty() ? fmt::format("{}_{}", kind, i) : specs[i].name);
+  return names;
+}
+
+/// Texture coordinates from the rest shape of each piece that lies flat: its box, as large as fits
+/// the unit square.
+std::vector<std::array<TexturePoint, 3>> texture_of(const BuiltScene& built) {
+  constexpr TexturePoint none = {std::numeric_limits<double>::quiet_NaN(), 0.0};
+  const std::vector<Triangle>& cloth = built.cloth.surface.triangles;
+  const TriangleMesh& rest = built.rest;
+  std::vector<std::array<TexturePoint, 3>> texture(cloth.size(), {none, none, none});
+  const std::size_t pieces = built.piece_begin.empty() ? 0 : built.piece_begin.size() - 1;
+  for (std::size_t piece = 0; piece < pieces; ++piece) {
+    const auto is_own = [&](std::size_t t) {
+      return cloth[t][0] >= built.piece_begin[piece] && cloth[t][0] < built.piece_begin[piece + 1];
+    };
+    Eigen::AlignedBox3d box;
+    for (std::size_t t = 0; t < cloth.size(); ++t)
+      if (is_own(t))
+        for (const std::int32_t v : rest.triangles[t])
+          box.extend(rest.vertices[static_cast<std::size_t>(v)]);
+    if (box.isEmpty() || box.sizes().z() > 1e-9 * box.sizes().maxCoeff()) continue;
+    const double size = box.sizes().maxCoeff();
+    for (std::size_t t = 0; t < cloth.size(); ++t)
+      for (std::size_t k = 0; is_own(t) && k < 3; ++k) {
+        const Vec3 at = rest.vertices[static_cast<std::size_t>(rest.triangles[t][k])] - box.min();
+        texture[t][k] = {at.x() / size, at.y() / size};
+      }
+  }
+  return texture;
 }
 
 /// The option of the format ply.
@@ -67,6 +116,8 @@ bool bodies_due(const Simulation& simulation, int number) {
 FrameOutput::FrameOutput(const Scene& scene, const FrameFormatRegistry& formats, fs::path out,
                          bool mesh_changes)
     : out_(std::move(out)),
+      piece_names_(names_of(scene.cloths, "cloth")),
+      body_names_(names_of(scene.bodies, "body")),
       fps_(scene.time.fps),
       pressure_(wants_pressure(scene.output)),
       ply_(make_ply_writer(out_ / "frames", kFrameFileDigits)),
@@ -83,6 +134,29 @@ FrameOutput::FrameOutput(const Scene& scene, const FrameFormatRegistry& formats,
   }
 }
 
+std::shared_ptr<const FrameParts> FrameOutput::parts_of(const Simulation& simulation) const {
+  if (others_.empty()) return nullptr;
+  if (parts_ && parts_owner_ == simulation.owner()) return parts_;
+  const BuiltScene& built = simulation.built();
+  auto parts = std::make_shared<FrameParts>();
+  for (std::size_t p = 0; p < piece_names_.size(); ++p) {
+    const auto first = static_cast<std::size_t>(built.piece_begin[p]);
+    parts->pieces.push_back({piece_names_[p], first,
+                             static_cast<std::size_t>(built.piece_begin[p + 1]) - first,
+                             piece_dye(p).front});
+  }
+  std::size_t first = 0;
+  for (std::size_t b = 0; b < body_names_.size(); ++b) {
+    const std::size_t count = built.bodies[b]->vertex_count();
+    parts->bodies.push_back({body_names_[b], first, count, body_colour()});
+    first += count;
+  }
+  parts->texture = texture_of(built);
+  parts_ = std::move(parts);
+  parts_owner_ = simulation.owner();
+  return parts_;
+}
+
 StateCopy FrameOutput::copy_frame(const Simulation& simulation, int number) const {
   return {
       .number = number,
@@ -93,7 +167,8 @@ StateCopy FrameOutput::copy_frame(const Simulation& simulation, int number) cons
       .bodies = bodies_due(simulation, number) ? simulation.body_positions() : std::vector<Vec3>(),
       .triangles = simulation.cloth_triangles(),
       .body_triangles = simulation.body_triangles(),
-      .owner = simulation.owner()};
+      .owner = simulation.owner(),
+      .parts = parts_of(simulation)};
 }
 
 void FrameOutput::write_frame(const StateCopy& copy) {
@@ -143,14 +218,16 @@ void FrameOutput::resume(const Simulation& simulation, int last) {
     const std::vector<Vec3> v = velocities(values, file("cloth"));
     TriangleMesh bodies;
     if (has_bodies && bodies_due(simulation, number)) bodies = read_mesh(file("bodies"));
-    const Frame frame = {.number = number,
-                         .time = number / fps_,
-                         .x = cloth.vertices,
-                         .v = v,
-                         .triangles = cloth.triangles,
-                         .values = values,
-                         .bodies = bodies.vertices,
-                         .body_triangles = bodies.triangles};
+    Frame frame = {.number = number,
+                   .time = number / fps_,
+                   .x = cloth.vertices,
+                   .v = v,
+                   .triangles = cloth.triangles,
+                   .values = values,
+                   .bodies = bodies.vertices,
+                   .body_triangles = bodies.triangles};
+    if (cloth.vertices.size() == simulation.positions().size())  // else a frame of another mesh
+      add_parts(*parts_of(simulation), frame);
     for (const auto& writer : others_) writer->write(frame);
   }
   for (const auto& writer : others_) writer->update_series();

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace selvedge::detail {
@@ -38,7 +39,12 @@ class FrameOutput {
   void finish();
 
  private:
+  std::shared_ptr<const FrameParts> parts_of(const Simulation& simulation) const;
+
   std::filesystem::path out_;
+  std::vector<std::string> piece_names_, body_names_;
+  mutable std::shared_ptr<const FrameParts> parts_;  // of the mesh of parts_owner_
+  mutable std::shared_ptr<const void> parts_owner_;
   double fps_;
   bool pressure_;  ///< whether frames hold contact pressures
   std::unique_ptr<FrameWriter> ply_, steps_;

@@ -234,7 +234,8 @@ struct Fields<OutputSpec> {
                         "browsers), mdd and pc2 (Blender), obj, usd, vtk (ParaView). The option "
                         "pressure of ply adds contact pressures",
                 .longest = 16});
-    visitor("camera", &T::camera, Key{.text = "Where pictures are taken from"});
+    visitor("camera", &T::camera,
+            Key{.text = "Where pictures are taken from; by default so that all just fits"});
   }
 };
 

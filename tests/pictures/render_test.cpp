@@ -379,6 +379,38 @@ TEST(Render, AFramedBoxJustFits) {
   }
 }
 
+TEST(Framing, PointsReachTwoOppositeEdgesOfThePicture) {
+  // A box would be seen from too far away: the points are on one of its diagonals.
+  const std::vector<Vec3> points = {
+      {2.0, 1.0, 0.0}, {2.4, 1.4, 0.3}, {2.5, 1.5, 0.9}, {2.1, 1.2, 0.5}};
+  for (const auto& [width, height] : {std::pair{960, 720}, {400, 900}}) {
+    Camera camera;
+    camera.width = width;
+    camera.height = height;
+    const Vec3 direction = (camera.target - camera.eye).normalized();
+    camera = framed(camera, points);
+    EXPECT_NEAR((camera.target - camera.eye).normalized().dot(direction), 1.0, 1e-12);
+    const auto view = raster::make_view(camera, Vec3::Zero());
+    std::array<double, 2> low{1e9, 1e9}, high{-1e9, -1e9};
+    for (const Vec3& p : points) {
+      const Vec3f d = (p - camera.eye).cast<float>();
+      const double scale = view.focal / d.dot(view.forward);
+      const std::array<double, 2> at = {d.dot(view.right) * scale / (0.5 * width),
+                                        d.dot(view.up) * scale / (0.5 * height)};
+      for (std::size_t k = 0; k < 2; ++k) {
+        low[k] = std::min(low[k], at[k]);
+        high[k] = std::max(high[k], at[k]);
+      }
+    }
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_GE(low[k], -1.0);
+      EXPECT_LE(high[k], 1.0);
+      EXPECT_NEAR(low[k] + high[k], 0.0, 0.2) << "in the middle";
+    }
+    EXPECT_GT(std::max(high[0] - low[0], high[1] - low[1]), 1.9);
+  }
+}
+
 // ---- files ---------------------------------------------------------------------------------
 
 class Pictures : public ::testing::Test {

@@ -343,6 +343,7 @@ TEST_F(ViewInABrowser, FramesDifferInTimeAndFollowSliderAndKeys) {
   auto end = opened("a.html", "frame=20&probe=1");
   EXPECT_EQ(end["frame"], "20");
   EXPECT_EQ(end["frames"], "21");
+  EXPECT_EQ(opened("a.html", "probe=1")["frame"], "20") << "a page opens at the end of its run";
   const double area = std::stod(end["width"]) * std::stod(end["height"]);
   EXPECT_GT(std::stod(end["drawn"]), 0.05 * area) << "almost blank";
   EXPECT_LT(std::stod(end["drawn"]), 0.95 * area) << "no background";

@@ -46,6 +46,33 @@ class Exchange : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
+  /// A frame of two pieces and two bodies, with values: each triangle of the cloth is a piece.
+  Frame frame_of_parts(int f) const {
+    return {.number = f,
+            .time = f / kFps,
+            .x = parts_[f],
+            .v = {},
+            .triangles = kParts,
+            .values = values_,
+            .bodies = boxes_,
+            .body_triangles = kBoxes,
+            .pieces = kPieces,
+            .body_parts = kBodyParts,
+            .texture = kTexture};
+  }
+
+  void write_parts(const std::string& format) {
+    values_ = {{"flag", {0, 4, 0, 0, 0, 0, 0}, true}, {"pressure", {0, 1.5, 0, 0, 2, 0, 0}}};
+    for (int f = 0; f < kFrames; ++f) {
+      parts_.push_back(
+          {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}});
+      for (Vec3& x : parts_.back()) x.z() += 0.1 * f;
+    }
+    const auto writer = frame_formats().at(format)(folder_);
+    for (int f = 0; f < kFrames; ++f) writer->write(frame_of_parts(f));
+    writer->finish();
+  }
+
   void write(const std::string& format, bool moving = true) const {
     const FrameFormatRegistry formats = frame_formats();
     const auto writer = formats.at(format)(folder_);
@@ -68,6 +95,20 @@ class Exchange : public ::testing::Test {
   static constexpr double kFps = 30.0;
   const std::vector<Triangle> kCloth = {{0, 1, 3}, {0, 3, 2}}, kBody = {{0, 1, 2}};
   std::vector<std::vector<Vec3>> cloth_, bodies_;
+
+  const std::vector<Triangle> kParts = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}};
+  // Two triangles with a right angle between them, and one alone.
+  const std::vector<Triangle> kBoxes = {{0, 1, 2}, {0, 3, 1}, {4, 5, 6}};
+  const std::vector<Vec3> boxes_ = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, -1},
+                                    {5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
+  const std::vector<FramePart> kPieces = {{"front piece", 0, 4, {0.5, 0.25, 0.125}},
+                                          {"back", 4, 3, {0.0, 0.0, 1.0}}};
+  const std::vector<FramePart> kBodyParts = {{"wedge", 0, 4, {}}, {"back", 4, 3, {}}};
+  // Vertex 2 of the front has two places; the back has none.
+  const std::vector<std::array<TexturePoint, 3>> kTexture = {
+      {{{0, 0}, {1, 0}, {1, 1}}}, {{{0, 0}, {0.5, 1}, {0, 1}}}, {{{std::nan(""), 0}, {}, {}}}};
+  std::vector<std::vector<Vec3>> parts_;
+  std::vector<NamedValues> values_;
   fs::path folder_;
 };
 
@@ -103,7 +144,7 @@ class GlbFile {
   std::vector<Number> values(int accessor) const {
     const Json& a = json["accessors"][accessor];
     const Json& view = json["bufferViews"][a["bufferView"].get<int>()];
-    const std::size_t components = a["type"] == "VEC3" ? 3 : 1;
+    const std::size_t components = a["type"] == "VEC3" ? 3 : a["type"] == "VEC2" ? 2 : 1;
     EXPECT_EQ(view["byteOffset"].get<std::size_t>() % 4, 0u);
     std::vector<Number> list(a["count"].get<std::size_t>() * components);
     EXPECT_EQ(view["byteLength"], list.size() * sizeof(Number));
@@ -160,6 +201,28 @@ TEST_F(Exchange, EveryGltfFrameHasThePositionsOfClothAndBodies) {
   EXPECT_EQ(file.values<std::uint32_t>(indices), (std::vector<std::uint32_t>{0, 1, 3, 0, 3, 2}));
   const auto times = file.values<float>(file.json["animations"][0]["samplers"][0]["input"]);
   EXPECT_EQ(times, (std::vector<float>{0.0F, float(1 / kFps), float(2 / kFps)}));
+}
+
+TEST_F(Exchange, EachPieceAndBodyIsAGltfMeshWithAllThatItHas) {
+  write_parts("gltf");
+  const GlbFile file(folder_ / "result.glb");
+  std::vector<std::string> names;
+  for (const Json& node : file.json["nodes"]) names.push_back(node["name"]);
+  EXPECT_EQ(names, (std::vector<std::string>{"front piece", "back", "wedge", "back"}));
+  const auto attribute = [&](int mesh, const char* name) {
+    return file.values<float>(file.json["meshes"][mesh]["primitives"][0]["attributes"].at(name));
+  };
+  EXPECT_EQ(attribute(0, "TEXCOORD_0"), (std::vector<float>{0, 1, 1, 1, 0.5F, 0, 1, 0, 0, 0}));
+  EXPECT_EQ(attribute(0, "_FLAG"), (std::vector<float>{0, 4, 0, 0, 0}));
+  EXPECT_EQ(attribute(0, "_PRESSURE"), (std::vector<float>{0, 1.5F, 0, 0, 0}));
+  EXPECT_EQ(attribute(1, "_PRESSURE"), (std::vector<float>{2, 0, 0}));
+  EXPECT_EQ(attribute(1, "NORMAL"), (std::vector<float>{0, 1, 0, 0, 1, 0, 0, 1, 0}));
+  EXPECT_FALSE(file.json["meshes"][1]["primitives"][0]["attributes"].contains("TEXCOORD_0"));
+  EXPECT_EQ(file.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"],
+            Json({0.5, 0.25, 0.125, 1.0}));
+  EXPECT_EQ(attribute(2, "POSITION").size(), 3u * 6) << "the edge of the wedge is sharp";
+  EXPECT_FALSE(file.json["meshes"][3]["primitives"][0].contains("targets")) << "it rests";
+  expect_near(file.at(1, 2), {parts_[2].begin() + 4, parts_[2].end()});
 }
 
 TEST_F(Exchange, BodiesAtRestHaveNoAnimationInTheGltfFile) {
@@ -224,6 +287,36 @@ TEST_F(Exchange, EveryTimeSampleOfTheUsdStageHasThePositions) {
   EXPECT_EQ(numbers(between(text, "faceVertexIndices", "[", "]")),
             (std::vector<double>{0, 1, 3, 0, 3, 2}));
   EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
+}
+
+TEST_F(Exchange, EachPieceAndBodyIsAUsdMeshWithAllThatItHas) {
+  write_parts("usd");
+  const std::string text = content(folder_ / "result.usda");
+  for (const char* said :
+       {"def Mesh \"front_piece\"", "string name = \"front piece\"", "def Mesh \"back\"",
+        "def Mesh \"wedge\"", "def Mesh \"back_\"", "primvars:displayColor = [(0.5, 0.25, 0.125)]"})
+    EXPECT_NE(text.find(said), std::string::npos) << said;
+  const std::string front = between(text, "def Mesh \"front_piece\"", "{\n", "def Mesh");
+  EXPECT_EQ(numbers(between(front, "primvars:st", "[(", "]")),
+            (std::vector<double>{0, 0, 1, 0, 0.5, 1, 1, 1, 0, 1}));
+  EXPECT_EQ(numbers(between(front, "primvars:pressure.timeSamples", "2: [", "]")),
+            (std::vector<double>{0, 1.5, 0, 0, 0}));
+  EXPECT_EQ(numbers(between(front, "normals.timeSamples", "0: [", ")")),
+            (std::vector<double>{0, 0, 1}));
+}
+
+TEST_F(Exchange, EachPieceAndBodyIsAnObjectOfTheObjFile) {
+  write_parts("obj");
+  const std::string text = content(folder_ / "frames" / "cloth_00002.obj");
+  EXPECT_NE(text.find("o front_piece\nusemtl front_piece\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("o back\n"), std::string::npos);
+  EXPECT_NE(text.find("\nf 1/1/1 2/2/2 3/4/4\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\nf 5//6 6//7 7//8\n"), std::string::npos) << text;
+  EXPECT_NE(content(folder_ / "frames" / "cloth.mtl").find("newmtl back\nKd 0 0 1\n"),
+            std::string::npos);
+  const TriangleMesh mesh = read_mesh(folder_ / "frames" / "cloth_00002.obj");
+  EXPECT_EQ(mesh.vertices, parts_[2]);
+  EXPECT_EQ(mesh.triangles, kParts);
 }
 
 // -- MDD ------------------------------------------------------------------------------------------

@@ -203,7 +203,7 @@ TEST_F(Exchange, EveryGltfFrameHasThePositionsOfClothAndBodies) {
   EXPECT_EQ(times, (std::vector<float>{0.0F, float(1 / kFps), float(2 / kFps)}));
 }
 
-TEST_F(Exchange, EachPieceAndBodyIsAGltfMeshWithAllThatItHas) {
+TEST_F(Exchange, EachPieceAndBodyIsAGltfMeshOfItsOwn) {
   write_parts("gltf");
   const GlbFile file(folder_ / "result.glb");
   std::vector<std::string> names;
@@ -289,7 +289,7 @@ TEST_F(Exchange, EveryTimeSampleOfTheUsdStageHasThePositions) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
 }
 
-TEST_F(Exchange, EachPieceAndBodyIsAUsdMeshWithAllThatItHas) {
+TEST_F(Exchange, EachPieceAndBodyIsAUsdMeshOfItsOwn) {
   write_parts("usd");
   const std::string text = content(folder_ / "result.usda");
   for (const char* said :

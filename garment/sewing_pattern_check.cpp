@@ -37,8 +37,13 @@ struct Loop {
 Loop loop_of(const PatternPanel& panel) {
   Loop loop;
   for (std::int32_t e = 0; e < size_of(panel.edges); ++e) {
-    const bool straight = panel.edges[e].curve.kind == PatternCurve::Kind::straight;
-    const std::vector<Vec2> points = divide_edge(panel, e, straight ? 1 : kCheckPieces);
+    const PatternCurve& curve = panel.edges[e].curve;
+    const bool straight = curve.kind == PatternCurve::Kind::straight;
+    std::vector<Vec2> points = divide_edge(panel, e, straight ? 1 : kCheckPieces);
+    if (curve.kind == PatternCurve::Kind::polyline) {
+      points = {points.front(), points.back()};
+      points.insert(points.begin() + 1, curve.through.begin(), curve.through.end());
+    }
     loop.points.insert(loop.points.end(), points.begin(), points.end() - 1);
     loop.edge.resize(loop.points.size(), e);
   }
@@ -64,6 +69,7 @@ class PatternCheck {
     check_names();
     for (const PatternPanel& panel : pattern_.panels) check_panel(panel);
     check_stitches();
+    if (!limits_.places) return;
     check_sides();
     check_places();
   }
@@ -111,6 +117,10 @@ class PatternCheck {
       refuse(panel, fmt::format("its translation is beyond {:g} m; check units_in_meter and the "
                                 "translation",
                                 limits_.largest));
+    if (!std::isfinite(panel.bend.radius) ||
+        (panel.bend.radius != 0.0 && std::abs(panel.bend.radius) < limits_.smallest))
+      refuse(panel, fmt::format("is bent with a radius of {:g} m; give 0 or at least {:g} m",
+                                panel.bend.radius, limits_.smallest));
     const Mat3 rest = panel.rotation * panel.rotation.transpose() - Mat3::Identity();
     if (!(rest.cwiseAbs().maxCoeff() < 1e-9) ||
         panel.rotation.col(0).cross(panel.rotation.col(1)).dot(panel.rotation.col(2)) < 0.0)
@@ -159,6 +169,10 @@ class PatternCheck {
       if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 4.0 * limits_.largest)
         refuse(panel, fmt::format("edge {} has a control point beyond {:g} m; check its curvature",
                                   edge, 4.0 * limits_.largest));
+    for (const Vec2& p : curve.through)
+      if (!p.allFinite() || p.cwiseAbs().maxCoeff() > limits_.largest)
+        refuse(panel, fmt::format("edge {} has a point beyond {:g} m; check units_in_meter", edge,
+                                  limits_.largest));
     const Vec2 chord = panel.vertices[panel.edges[edge].endpoints[1]] -
                        panel.vertices[panel.edges[edge].endpoints[0]];
     if (chord.norm() < 1e-3 * limits_.smallest)
@@ -294,7 +308,7 @@ class PatternCheck {
         if (const double share = std::max(covered(a, b), covered(b, a)); share > limits_.overlap)
           refuse(fmt::format(
               "panels {} and {} stand in one place: {:.0f} % of one lies in the other; "
-              "change the rotation or translation of one",
+              "change the rotation or translation of one, or place all with `selvedge arrange`",
               quoted(pattern_.panels[a].name), quoted(pattern_.panels[b].name), 100.0 * share));
   }
 

@@ -4,6 +4,7 @@
 #include <selvedge/core/base/internal/json_value.h>
 #include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/garment/detail/pattern_names.h>
+#include <selvedge/garment/internal/drawn_pattern.h>
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <cmath>
@@ -38,7 +39,10 @@ constexpr int kDeepest = 32;
 
 class PatternReader {
  public:
-  PatternReader(const Json& j, std::string name) : j_(j) { pattern_.name = std::move(name); }
+  PatternReader(const Json& j, std::string name, const PatternLimits& limits)
+      : j_(j), limits_(limits) {
+    pattern_.name = std::move(name);
+  }
 
   SewingPattern read() {
     const Json& inner = object(member(j_, "pattern", ""), "\"pattern\"");
@@ -46,7 +50,9 @@ class PatternReader {
     const Json& panels = object(member(inner, "panels", "\"pattern\""), "\"panels\"");
     for (const auto& [name, panel] : panels.items()) read_panel(name, panel);
     read_stitches(inner);
-    return std::move(pattern_);
+    if (!is_drawn_) return std::move(pattern_);
+    drawn_.name = pattern_.name;
+    return as_sewn(drawn_);
   }
 
  private:
@@ -64,7 +70,10 @@ class PatternReader {
     object(j, place.empty() ? "the file" : place);
     const auto found = j.find(key);
     if (found == j.end())
-      refuse(place, fmt::format("has no \"{}\"; add it as in the files of GarmentCode", key));
+      refuse(place, fmt::format("has no \"{}\"; add it as in the files of GarmentCode{}", key,
+                                key == std::string("translation")
+                                    ? ", or place the panels with `selvedge arrange`"
+                                    : ""));
     return *found;
   }
 
@@ -131,11 +140,61 @@ class PatternReader {
     const Json& edges = list(member(j, "edges", place), place + ": \"edges\"");
     for (std::size_t i = 0; i < edges.size(); ++i)
       panel.edges.push_back(read_edge(panel, edges[i], fmt::format("{}: edge {}", place, i)));
-    panel.translation =
-        vector<3>(member(j, "translation", place), place + ": \"translation\"") / units_;
-    panel.rotation = rotation(vector<3>(member(j, "rotation", place), place + ": \"rotation\""));
+    read_place(panel, j, place);
     if (j.contains("label")) newer_ = true, panel.label = label(j, place);
+    drawn_.panels.push_back(read_drawn(panel, j, place));
     pattern_.panels.push_back(std::move(panel));
+  }
+
+  /// What a person draws beside the outline: fold, pair, grain and notches.
+  DrawnPanel read_drawn(const PatternPanel& panel, const Json& j, const std::string& place) {
+    DrawnPanel drawn;
+    drawn.panel = panel;
+    if (j.contains("fold")) drawn.fold = index(j["fold"], place + ": \"fold\"");
+    if (j.contains("pair")) {
+      const std::string side = text(j["pair"], place + ": \"pair\"");
+      if (side != "left" && side != "right")
+        refuse(place, "\"pair\" must be \"left\" or \"right\", the side for which it is drawn");
+      drawn.is_pair = true;
+      drawn.is_right = side == "right";
+    }
+    if (drawn.fold >= 0 && drawn.is_pair)
+      refuse(place, "has a fold and is one of a pair; give one of both");
+    if (j.contains("grain")) {
+      drawn.grain = vector<2>(j["grain"], place + ": \"grain\"");
+      if (!(drawn.grain.norm() > 0.0))
+        refuse(place, "has a grain without length; give a direction");
+    }
+    if (j.contains("notches")) {
+      const Json& notches = list(j["notches"], place + ": \"notches\"");
+      for (std::size_t i = 0; i < notches.size(); ++i) {
+        const std::string where = fmt::format("{}: notch {}", place, i);
+        PatternNotch& notch = drawn.notches.emplace_back();
+        notch.edge = index(member(notches[i], "edge", where), where + ": its \"edge\"");
+        notch.at = number(member(notches[i], "at", where), where + ": its \"at\"");
+        if (notches[i].contains("name"))
+          notch.name = text(notches[i]["name"], where + ": its \"name\"");
+      }
+    }
+    for (const char* key : {"fold", "pair", "grain", "notches"})
+      is_drawn_ = is_drawn_ || j.contains(key);
+    return drawn;
+  }
+
+  void read_place(PatternPanel& panel, const Json& j, const std::string& place) const {
+    if (limits_.places || j.contains("translation"))
+      panel.translation =
+          vector<3>(member(j, "translation", place), place + ": \"translation\"") / units_;
+    if (limits_.places || j.contains("rotation"))
+      panel.rotation = rotation(vector<3>(member(j, "rotation", place), place + ": \"rotation\""));
+    if (!j.contains("bend")) return;
+    const std::string where = place + ": \"bend\"";
+    const Json& bend = object(j["bend"], where);
+    panel.bend.radius = number(member(bend, "radius", where), where + ": \"radius\"") / units_;
+    panel.bend.at = vector<2>(member(bend, "at", where), where + ": \"at\"") / units_;
+    const Vec2 axis = vector<2>(member(bend, "axis", where), where + ": \"axis\"");
+    if (!(axis.norm() > 0.0)) refuse(where, "has an axis without length; give a direction");
+    panel.bend.axis = axis.normalized();
   }
 
   /// About a coordinate axis, rad.
@@ -194,12 +253,18 @@ class PatternReader {
     const Json& params =
         list(member(j, "params", place + ": \"curvature\""), place + ": \"params\"");
     if (type == "circle") return read_arc(params, place);
+    if (type == "polyline") {
+      curve.kind = Kind::polyline;
+      for (const Json& p : params) curve.through.push_back(control(p, place));
+      return curve;
+    }
     const std::map<std::string, Kind> kinds = {{"quadratic", Kind::quadratic},
                                                {"cubic", Kind::cubic}};
     const auto kind = kinds.find(type);
     if (kind == kinds.end())
-      refuse(place, fmt::format("has a curvature of type {}; give quadratic, cubic or circle",
-                                quoted(type)));
+      refuse(place,
+             fmt::format("has a curvature of type {}; give quadratic, cubic, circle or polyline",
+                         quoted(type)));
     curve.kind = kind->second;
     const std::size_t points = curve.kind == Kind::cubic ? 2 : 1;
     if (params.size() != points)
@@ -253,8 +318,9 @@ class PatternReader {
     if (j.size() != 2 && j.size() != 3)
       refuse(place, fmt::format("must have two sides, not {}", j.size()));
     PatternStitch stitch;
-    stitch.a = read_side(j[0], place);
-    stitch.b = read_side(j[1], place);
+    DrawnStitch drawn;
+    stitch.a = read_side(j[0], drawn.a, place);
+    stitch.b = read_side(j[1], drawn.b, place);
     if (j.size() == 3) {
       const std::string word = text(j[2], place + " its third entry");
       if (word != "right_wrong")
@@ -262,24 +328,53 @@ class PatternReader {
                                   quoted(word)));
       newer_ = true;
       stitch.direction = PatternStitch::Direction::start_to_start;
+      drawn.start_to_start = true;
     }
     pattern_.stitches.push_back(stitch);
+    drawn_.stitches.push_back(std::move(drawn));
   }
 
-  PatternStitch::Side read_side(const Json& j, const std::string& place) const {
+  /// A side is an edge, edges in a row, perhaps those of a mirror image, or a list of such.
+  PatternStitch::Side read_side(const Json& j, DrawnChain& chain, const std::string& place) {
+    if (!j.is_array()) return read_link(j, chain, place);
+    is_drawn_ = true;
+    for (const Json& link : j) read_link(link, chain, place);
+    if (chain.empty()) refuse(place, "has a side without edges");
+    return {chain.front().panel, chain.front().edges.front()};
+  }
+
+  PatternStitch::Side read_link(const Json& j, DrawnChain& chain, const std::string& place) {
     object(j, place + " a side");
     const std::string name = text(member(j, "panel", place), place + " its \"panel\"");
-    PatternStitch::Side side;
-    side.edge = index(member(j, "edge", place), place + " its \"edge\"");
+    DrawnLink link;
+    if (j.contains("edges")) {
+      is_drawn_ = true;
+      for (const Json& edge : list(j["edges"], place + " its \"edges\""))
+        link.edges.push_back(index(edge, place + " one of its \"edges\""));
+      if (link.edges.empty()) refuse(place, "has a side without edges");
+    } else {
+      link.edges = {index(member(j, "edge", place), place + " its \"edge\"")};
+    }
+    if (j.contains("mirror")) {
+      is_drawn_ = true;
+      if (!j["mirror"].is_boolean()) refuse(place, "\"mirror\" must be true or false");
+      link.is_mirrored = j["mirror"].get<bool>();
+    }
     for (const PatternPanel& panel : pattern_.panels) {
-      if (panel.name == name) return side;
-      ++side.panel;
+      if (panel.name == name) {
+        chain.push_back(link);
+        return {link.panel, link.edges.front()};
+      }
+      ++link.panel;
     }
     refuse(place, fmt::format("names panel {}, which the pattern does not have", quoted(name)));
   }
 
   const Json& j_;
+  const PatternLimits& limits_;
   SewingPattern pattern_;
+  DrawnPattern drawn_;     // the same with what only a drawing has
+  bool is_drawn_ = false;  // the file has any of it
   double units_ = 100.0;
   bool relative_ = true;
   bool newer_ = false;  // the file has a mark of the format that fixes the direction of stitches
@@ -313,7 +408,7 @@ Json parse_unique(const std::string& text, const std::string& name) {
 SewingPattern parse_sewing_pattern(const std::string& json, const std::string& name,
                                    const PatternLimits& limits) {
   const Json j = parse_unique(json, name);
-  SewingPattern pattern = PatternReader(j, name).read();
+  SewingPattern pattern = PatternReader(j, name, limits).read();
   check_sewing_pattern(pattern, limits);
   return pattern;
 }

@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 #include <selvedge/apps/commands.h>
 #include <selvedge/apps/detail/output_file.h>
+#include <selvedge/apps/detail/person_body.h>
 #include <selvedge/apps/detail/print.h>
 #include <selvedge/bodies/internal/sequence_leap.h>
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/dress/dress_result.h>
+#include <selvedge/dress/internal/arrange.h>
 #include <selvedge/dress/internal/dress_batch.h>
 #include <selvedge/garment/internal/pattern_svg.h>
 #include <selvedge/garment/sewing_pattern.h>
@@ -39,7 +41,8 @@ struct DressOptions {
   std::vector<std::string> poses;
   double pose_rate = BodyMotion{}.rate, pose_lead = BodyMotion{}.lead;
   int threads = 0;
-  bool fit_origin = false, every_step = false, json = false, no_picture = false, views = false;
+  bool fit_origin = false, arrange = false, every_step = false, json = false, no_picture = false,
+       views = false;
 };
 
 /// GarmentCode has y up, and so have most bodies that state nothing.
@@ -54,47 +57,8 @@ LoadConfig body_file_of(const DressOptions& o, const std::filesystem::path& file
   return config;
 }
 
-/// People are between these sizes, m; a body of another size is probably in another unit.
-constexpr double kSmallest = 0.3, kLargest = 3.0;
-
-bool has_height_of_person(double height) { return height >= kSmallest && height <= kLargest; }
-
-/// Largest minus smallest coordinate of the vertices, along each axis.
-Vec3 extent_of(const TriangleMesh& mesh) {
-  Vec3 low = mesh.vertices.front(), high = low;
-  for (const Vec3& x : mesh.vertices) {
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  return high - low;
-}
-
-/// The option with which a body of this height, and of these extents along the axes of its file,
-/// would be a person.
-std::string remedy_of_height(const FileAxes& axes, double height, const Vec3& extent) {
-  Eigen::Index longest = 0;
-  if (has_height_of_person(extent.maxCoeff(&longest)))
-    return fmt::format("give the axis that points up, such as --up {}", "xyz"[longest]);
-  for (const double unit : {1.0, 0.01, 0.001})
-    if (has_height_of_person(height / axes.unit * unit))
-      return fmt::format("give the metres per unit of the file, such as --unit {:g}", unit);
-  return "give --unit, the metres per unit of the file, and --up, the axis that points up";
-}
-
 BodyMesh read_body(const DressOptions& o, const std::string& file) {
-  BodyMesh body = load_body_mesh(file, body_file_of(o, file));
-  if (body.mesh.triangles.empty())
-    throw std::invalid_argument(file + ": has no triangles; a body is a surface");
-  const Vec3 extent = extent_of(body.mesh);
-  const FileAxes& axes = body.axes;
-  if (has_height_of_person(extent.z())) return body;
-  // load_mesh has turned the axes of the file.
-  const Vec3 of_file = axes.up == UpAxis::x   ? Vec3(extent.z(), extent.x(), extent.y())
-                       : axes.up == UpAxis::y ? Vec3(extent.x(), extent.z(), extent.y())
-                                              : extent;
-  throw std::invalid_argument(fmt::format(
-      "{}: is {:g} m tall with --unit {:g} and --up {}; if it is a person, {}", file, extent.z(),
-      axes.unit, "xyz"[static_cast<int>(axes.up)], remedy_of_height(axes, extent.z(), of_file)));
+  return read_person(file, body_file_of(o, file));
 }
 
 DressConfig dress_config(const DressOptions& o) {
@@ -257,12 +221,25 @@ void write_view(const std::filesystem::path& folder) {
   page.commit();
 }
 
+/// In the axes of its file, like a pattern that has its places.
+SewingPattern read_pattern(const DressOptions& o, const std::string& file,
+                           const TriangleMesh& body) {
+  if (!o.arrange) return read_sewing_pattern(file);
+  std::vector<std::string> notes;
+  const SewingPattern pattern = open_pattern(file, {}, notes);
+  const Arrangement arrangement = arrange(pattern, body, find_landmarks(body));
+  for (const std::string& note : notes)
+    if (!o.json) print_escaped("file         {}\n", note);
+  if (!o.json) print_escaped("{}", arrangement_table(arrangement));
+  return turned_back(arrangement.pattern, pattern_up(o));
+}
+
 int dress_one(const DressOptions& o) {
   if (o.pattern.empty() || o.body.empty())
     throw std::invalid_argument("dress needs PATTERN and BODY, or --list with several patterns");
-  const SewingPattern pattern = read_sewing_pattern(o.pattern);
-  if (!o.sheet.empty()) write_sheet(o.sheet, pattern);
   const BodyMesh body = read_body(o, o.body);
+  const SewingPattern pattern = read_pattern(o, o.pattern, body.mesh);
+  if (!o.sheet.empty()) write_sheet(o.sheet, pattern);
   DressFolderConfig folder = folder_config(o);
   folder.body_file = {.unit = body.axes.unit, .up = body.axes.up};
   folder.out =
@@ -355,8 +332,9 @@ int make_workflow(const DressOptions& o, const std::vector<DressJob>& jobs) {
 void check_list_options(const DressOptions& o) {
   if (!o.body.empty())
     throw std::invalid_argument("with --list, give only BODY; the list names the patterns");
-  if (o.json || !o.sheet.empty() || !o.over.empty())
-    throw std::invalid_argument("--json, --sheet and --over are for one garment, without --list");
+  if (o.json || !o.sheet.empty() || !o.over.empty() || o.arrange)
+    throw std::invalid_argument(
+        "--json, --sheet, --arrange and --over are for one garment, without --list");
   if (!o.workflow.empty() && (!o.out.empty() || !o.only.empty()))
     throw std::invalid_argument(
         "--workflow names the folder of the results and runs nothing; leave out --out and --only");
@@ -440,6 +418,8 @@ void add_dress_options(const Command& command) {
       .show_default();
   command.option("--strain-limit", options->strain_limit, "Largest stretch that the fabric allows")
       .range(0.001, 10.0);
+  command.flag("--arrange", options->arrange,
+               "Place the panels around the body by their names and seams, as `arrange` does");
   command.flag("--fit-origin", options->fit_origin,
                "Move a pattern that is drawn for a body with another origin to its place");
   command.option("--friction", options->friction, "Friction between fabric and body")

@@ -5,6 +5,7 @@
 #define SELVEDGE_COMMANDS(COMMAND) \
   COMMAND(run)                     \
   COMMAND(dress)                   \
+  COMMAND(arrange)                 \
   COMMAND(repair)                  \
   COMMAND(check)                   \
   COMMAND(info)                    \

@@ -43,10 +43,9 @@ std::unique_ptr<Integrator> make(const std::string& name, const StabilitySubject
     if (limit.force) forces.push_back(std::move(limit.force));
   }
   // The kick is far below the errors that a method with inner steps allows, so its tolerance is set
-  // to a thousandth of the kick's speed.
-  const MethodOptions options = config.limiter.empty()
-                                    ? MethodOptions{{"error", 1e-3 * kKick}, {"error_rate", 1.0}}
-                                    : MethodOptions{};
+  // such that velocities are known to a thousandth of the kick's speed.
+  const MethodOptions options =
+      config.limiter.empty() ? MethodOptions{{"error", 1e-5 * kKick}} : MethodOptions{};
   const auto method = integrators().at(name);
   return method(known_options(method.options(), options), std::move(forces), n, kSolve);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/response/detail/contact_force.h>
+#include <selvedge/response/detail/rigid_corners.h>
 
 #include <algorithm>
 #include <cmath>
@@ -45,6 +46,10 @@ constexpr int kFrictionUpdates = 3, kFrictionUpdatesInImpact = 8;
 // within the step does not count, because that grows with the square of the step: 1.4 times a rest
 // gap of 2 mm at 1/60 s.
 constexpr double kImpact = 2.0 / 3.0;
+
+// In place of the option load_tolerance where bodies press cloth: what holds between them holds by
+// the last hundredth of its friction.
+constexpr double kRigidTolerance = 0.005;
 
 // A contact within this share of its rest gap counts as touching. The value exceeds the yield of a
 // resting contact, and is too small to be visible when a contact that should part is held for one
@@ -122,7 +127,7 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   friction_updates_ = 0;
   const std::size_t first = entries_.size();
   for (const ContactPoint& c : contacts) {
-    const double free = compliance(c, motion_.inv_mass);
+    const double free = true_compliance(c, motion_);
     if (free <= 0.0) continue;  // nothing here can move
     Entry& e = entries_.emplace_back();
     const double held = held_compliance(c);
@@ -143,8 +148,10 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   // impact the cloth does not keep its velocities, so that the forces which would keep them
   // mislead.
   const bool guesses = !v_guess_.empty() && v_last_.empty() && !is_impact();
+  const bool rigid = motion_.followers != nullptr && motion_.followers->has_rigid();
   if (guesses) {
     guess_forces(added);
+    if (rigid) recall_loads(added);
     bear_loads(added);
   }
   const double ratio =
@@ -152,6 +159,7 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
     for (Entry& e : added.subspan(begin, end - begin)) {
       e.stick = ratio * e.m_eff / h;
+      if (rigid) e.stick = std::max(e.stick, std::min(bearing_stick(e), kStiffest * e.stick));
       if (!guesses) {
         e.remembers = false;
         e.friction = first_friction(e);
@@ -180,7 +188,7 @@ void ContactForce::guess_force(Entry& e) {
   const ContactPoint& c = e.point;
   const double per_length = e.m_eff / (motion_.h * motion_.h);  // N/m
   const Vec3 before = e.load * c.normal + e.friction;
-  const Vec3 free = motion_of(e, v_guess_) - before / per_length;
+  const Vec3 free = guessed_motion(e) - before / per_length;
   const double violation = e.target - c.gap - c.normal.dot(free);
   e.load = std::max(kLeastLoad, yielding() * per_length * violation);
   if (!e.remembers)
@@ -188,11 +196,17 @@ void ContactForce::guess_force(Entry& e) {
   add_guess(e, motion_.h * (e.load * c.normal + e.friction - before));
 }
 
+Vec3 ContactForce::guessed_motion(const Entry& e) const {
+  Vec3 u = e.body_motion;
+  for_each_mover(e.point, motion_,
+                 [&](std::size_t i, double weight) { u += weight * motion_.h * v_guess_[i]; });
+  return u;
+}
+
 void ContactForce::add_guess(const Entry& e, const Vec3& impulse) {
-  const ContactPoint& c = e.point;
-  for (int k = 0; k < 4; ++k)
-    if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
-      v_guess_[i] += c.weight[k] * motion_.inv_mass[i] * impulse;
+  for_each_mover(e.point, motion_, [&](std::size_t i, double weight) {
+    v_guess_[i] += weight * motion_.inv_mass[i] * impulse;
+  });
 }
 
 // Lets the contacts bear the loads that were guessed: their targets lie farther by what they yield.
@@ -224,6 +238,19 @@ void ContactForce::bear_loads(std::span<Entry> entries) {
     e.stiffness *= std::clamp(yield / (kYield * rest), 1.0, kStiffest);
     e.target = std::min(rest, e.target + std::min(yield, kYield * rest));
   }
+}
+
+// Cloth between bodies that press it: no guess finds the loads, which balance each other, so that
+// those of the last step count.
+void ContactForce::recall_loads(std::span<Entry> entries) {
+  for (Entry& e : entries)
+    if (e.near) e.load = std::max(e.load, e.load_before);
+}
+
+// Such cloth is light by the loads: its friction must reach its limit before the contact counts as
+// sliding.
+double ContactForce::bearing_stick(const Entry& e) const {
+  return e.point.friction * std::max(e.load, e.load_before) / stick_speed(e.point);
 }
 
 // A contact that rested in the last step begins with its friction.
@@ -556,9 +583,11 @@ bool ContactForce::update(std::span<Vec3> v) {
   });
   Change all;
   for (const Change& part : changes_) all.add(part);
-  if (all.force > load_tolerance_ * all.load) return true;
-  const int most = is_impact() ? kFrictionUpdatesInImpact : kFrictionUpdates;
-  return all.friction > load_tolerance_ * all.limit && ++friction_updates_ <= most;
+  const bool rigid = motion_.followers != nullptr && motion_.followers->has_rigid();
+  const double tolerance = rigid ? std::min(kRigidTolerance, load_tolerance_) : load_tolerance_;
+  if (all.force > tolerance * all.load) return true;
+  const int most = is_impact() || rigid ? kFrictionUpdatesInImpact : kFrictionUpdates;
+  return all.friction > tolerance * all.limit && ++friction_updates_ <= most;
 }
 
 void ContactForce::correct(std::span<Vec3> x_t1) {
@@ -599,6 +628,21 @@ void ContactForce::impulses(std::span<const Vec3> v, std::vector<ContactImpulse>
 
 void ContactForce::finish(std::span<Vec3> v) const {
   if (explicit_) return explicit_->finish(v);
+  finish(v, [](const ContactPoint&, const Vec3&) {});
+}
+
+void ContactForce::finish_impulses(std::span<const Vec3> v,
+                                   std::vector<ContactImpulse>& out) const {
+  if (explicit_) return explicit_->finish_impulses(v, out);
+  std::vector<Vec3> finished(v.begin(), v.end());
+  finish(finished, [&](const ContactPoint& c, const Vec3& impulse) {
+    out.push_back({.vertex = c.vertex, .weight = c.weight, .impulse = impulse});
+  });
+}
+
+// Calls note(contact, impulse) for each contact that changes velocities.
+template <class Note>
+void ContactForce::finish(std::span<Vec3> v, const Note& note) const {
   for (const Entry& e : entries_) {
     const ContactPoint& c = e.point;
     const double recovery = recovered(c) - c.gap;
@@ -606,6 +650,7 @@ void ContactForce::finish(std::span<Vec3> v) const {
     const double parting = c.normal.dot(motion_of(e, v)) / motion_.h;
     const double speed = std::min(parting, recovery / motion_.h);
     if (speed <= 0.0) continue;
+    note(c, -e.m_eff * speed * c.normal);
     for (int k = 0; k < 4; ++k)
       if (const auto i = static_cast<std::size_t>(c.vertex[k]); i < motion_.particles)
         v[i] -= c.weight[k] * motion_.inv_mass[i] * e.m_eff * speed * c.normal;

@@ -128,6 +128,13 @@ class Response {
   /// Changes the velocities of an accepted step, m/s. On entry they are displacement over time.
   virtual void finish(std::span<Vec3> v) const { static_cast<void>(v); }
 
+  /// Appends the impulses by which `finish` would change the velocities `v`, m/s, as far as it
+  /// knows them by contact.
+  virtual void finish_impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const {
+    static_cast<void>(v);
+    static_cast<void>(out);
+  }
+
   /// Tells the response that the step was accepted and ended at `x_t1`, m, joint. A response with a
   /// memory changes it here alone, so that a rejected step leaves none.
   virtual void accept(std::span<const Vec3> x_t1) { static_cast<void>(x_t1); }

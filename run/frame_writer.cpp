@@ -11,11 +11,12 @@ void register_pc2(FrameFormatRegistry& registry);
 void register_ply(FrameFormatRegistry& registry);
 void register_usd(FrameFormatRegistry& registry);
 void register_vtk(FrameFormatRegistry& registry);
+void register_wrenches(FrameFormatRegistry& registry);
 
 FrameFormatRegistry frame_formats() {
   FrameFormatRegistry registry;
   for (const auto add : {register_gltf, register_mdd, register_obj, register_pc2, register_ply,
-                         register_usd, register_vtk})
+                         register_usd, register_vtk, register_wrenches})
     add(registry);
   return registry;
 }

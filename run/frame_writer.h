@@ -28,6 +28,14 @@ struct FramePart {
 /// Texture coordinates, in the square from 0 to 1.
 using TexturePoint = std::array<double, 2>;
 
+/// Force and torque about a stated point, with what they act on.
+struct NamedWrench {
+  std::string
+      on;  ///< body "ball", handle "left", vertex 24 of cloth "skirt", or cloth: and a cause
+  Vec3 about = Vec3::Zero();                         ///< m
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  ///< N, N·m
+};
+
 /// One state as frame writers get it. The views are valid during the call only.
 struct Frame {
   int number = 0;                       ///< from 0, without gaps
@@ -46,6 +54,9 @@ struct Frame {
   /// Of the corners of each triangle of the cloth, from its flat rest shape; NaN in pieces that
   /// have no flat one. Empty: none.
   std::span<const std::array<TexturePoint, 3>> texture{};
+  /// Means of the steps since the frame before; empty unless the formats name "wrenches", at frame
+  /// 0, and for the former frames of a resumed run.
+  std::span<const NamedWrench> wrenches{};
 };
 
 /// Writes the frames of one run in one format. Every function throws std::runtime_error that names

@@ -7,6 +7,7 @@
 #include <selvedge/run/detail/checkpoint.h>
 #include <selvedge/run/detail/failure_bundle.h>
 #include <selvedge/run/detail/frame_output.h>
+#include <selvedge/run/detail/named_wrenches.h>
 #include <selvedge/run/detail/run_folder.h>
 #include <selvedge/run/detail/run_limits.h>
 #include <selvedge/run/result_folder.h>
@@ -74,6 +75,7 @@ class Run {
       for (const std::string& sentence : built.warnings) config_.warning(sentence);
     output_.emplace(scene_, config_.formats, config_.out, !mesh_change(scene_).empty());
     simulation_.emplace(scene_, std::move(built), config_.methods);
+    if (detail::wants_wrenches(scene_)) simulation_->measure_wrenches(true);
   }
 
   bool folder_exists() const {
@@ -272,11 +274,14 @@ class Run {
     output_->finish();
     RunResult r = result();
     r.rest = simulation_->rest();
+    std::map<std::string, double> felt;
+    if (simulation_->measures_wrenches()) felt = detail::wrench_measures(scene_, *simulation_);
     // The measures build the forces once more, so the solver goes first.
     const FinalState end = std::move(*simulation_).end();
     r.measures =
         final_measures(scene_, end.built, {end.state.x, end.state.v, end.mass, end.state.time},
                        config_.methods.force_laws);
+    r.measures.merge(felt);
     write_result(config_.out / "result.json", r);
     return r;
   }

@@ -76,6 +76,16 @@ struct BuiltVolume {
   std::vector<Triangle> triangles;  ///< of the piece
 };
 
+/// A rigid body among the pieces: its leaders are point masses with its mass, centre and moments of
+/// inertia, and the vertices of its surface follow them.
+struct BuiltSolid {
+  std::size_t piece = 0;
+  std::int32_t leader = 0;  ///< first of the leaders, the last vertices of the piece
+  int leaders = 4;          ///< 1: it slides
+  double mass = 0.0;        ///< kg
+  double radius = 0.0;      ///< m, of its farthest vertex from the centre of mass
+};
+
 /// The parts of a scene as they are simulated: all pieces joined, meshes loaded and placed.
 struct BuiltScene {
   ClothMesh cloth;
@@ -88,6 +98,7 @@ struct BuiltScene {
   std::vector<std::string> warnings;  ///< one sentence each, e.g. about a body that is not closed
   std::vector<BuiltVirtualSprings> virtual_springs;
   std::vector<BuiltVolume> volumes;
+  std::vector<BuiltSolid> solids;
   std::vector<std::vector<Edge>> seams;  ///< vertices of the pairs of each of Scene::seams
   /// m², of the triangles at the start, if vertices of seams were merged; else empty. A triangle
   /// may then have vertices of several pieces.

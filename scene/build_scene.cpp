@@ -9,6 +9,7 @@
 #include <selvedge/scene/detail/check_scene.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/rest_gap.h>
+#include <selvedge/scene/detail/solid.h>
 #include <selvedge/scene/scene.h>
 
 #include <algorithm>
@@ -181,13 +182,16 @@ void add_cloth(const Scene& scene, const ContactPairs& pairs, std::size_t index,
           detail::arc_warnings(spec, material, made)})
       for (const std::string& sentence : sentences)
         built.warnings.push_back(place + ": " + sentence);
-    detail::warn_of_rest_gap(piece, pairs.rest_gap(number, number), place, built.warnings);
+    if (solid_of(spec) == nullptr)
+      detail::warn_of_rest_gap(piece, pairs.rest_gap(number, number), place, built.warnings);
     const std::int32_t begin = append(built.cloth, piece);
     built.piece_begin.push_back(begin);
     append(built.rest, rest);
     built.velocity.resize(built.cloth.surface.vertices.size(), spec.velocity);
     add_virtual_springs(spec, material, piece, begin, built);
     add_volume(spec, piece, begin, built);
+    if (const SolidSpec* solid = solid_of(spec))
+      built.solids.push_back(detail::built_solid(index, begin, *solid, built.cloth));
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(
         fmt::format("{}, {}: {}", scene.file.string(), place, error.what()));

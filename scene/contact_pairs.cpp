@@ -70,11 +70,19 @@ ContactPairs::ContactPairs(const Scene& scene)
   const auto fabric = [&](std::size_t p) {
     return scene.materials.at(scene.cloths[p].material).friction;
   };
+  // Of a body: its own, whatever touches it. Of two of them: the greater one.
+  const auto friction = [&](std::size_t p, std::size_t s) {
+    const SolidSpec* own = solid_of(scene.cloths[p]);
+    const SolidSpec* solid = s < pieces ? solid_of(scene.cloths[s]) : nullptr;
+    if (own == nullptr && s >= pieces) return scene.bodies[s - pieces].friction;
+    if (own == nullptr && solid == nullptr) return std::max(fabric(p), fabric(s));
+    if (s >= pieces) return std::max(own->friction, scene.bodies[s - pieces].friction);
+    return std::max(own ? own->friction : 0.0, solid ? solid->friction : 0.0);
+  };
   for (std::size_t p = 0; p < pieces; ++p)
     for (std::size_t s = 0; s < surfaces_; ++s)
       table_.push_back(
-          {s < pieces ? std::max(fabric(p), fabric(s)) : scene.bodies[s - pieces].friction,
-           scene.contact.rest_gap});
+          {friction(p, s), scene.contact.rest_gap, p != s || solid_of(scene.cloths[p]) == nullptr});
   for (std::size_t i = 0; i < scene.contact.pairs.size(); ++i) {
     const PairSpec& pair = scene.contact.pairs[i];
     if (const PairFault fault = fault_of(pair, scene); !fault.sentence.empty())

@@ -7,6 +7,7 @@
 #include <selvedge/core/patterns/internal/make_plate.h>
 #include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/scene/detail/make_piece.h>
+#include <selvedge/scene/detail/solid.h>
 #include <selvedge/scene/detail/strip_path.h>
 #include <selvedge/scene/internal/adaptive_cloth.h>
 
@@ -175,6 +176,11 @@ Piece load_cloth(const ClothFile& cloth, double factor, const Material& material
   if (cloth.refine.when != RefineSpec::When::never) refuse_unsuited_refinement(cloth);
   const std::string name = name_of(cloth);
   const TriangleMesh surface = load_surface(cloth, name, factor);
+  if (cloth.solid) {
+    ClothMesh solid = detail::make_solid(surface, *cloth.solid);
+    TriangleMesh rest = solid.surface;
+    return {std::move(solid), std::move(rest)};
+  }
   const bool has_rest = !cloth.rest_file.empty() || cloth.texture_unit > 0.0;
   if (cloth.support && (cloth.plate || has_rest))
     throw std::invalid_argument(

@@ -49,12 +49,12 @@ class SceneReader {
     read_force_laws();
     read_geometry();
     detail::check_motions(document_);
+    detail::read_bodies(document_, fields_, scene_);
     read_handles();
     read_weights();
     detail::read_seams(document_, selector_, scene_);
     scene_.seams.insert(scene_.seams.end(), garment_seams_.begin(), garment_seams_.end());
     detail::read_water(document_, selector_, scene_);
-    detail::read_bodies(document_, fields_, scene_);
     refuse_jets_without_direction();
     check_pairs();
     const LimiterTraits limiter = methods_.strain_limiters.at(scene_.solver.limiter).traits();

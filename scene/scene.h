@@ -83,6 +83,16 @@ struct ClothGrid {
   RefineSpec refine{};
 };
 
+/// A rigid body that moves as cloth and others push it ("mass" of an obstacle).
+struct SolidSpec {
+  double mass = 0.0;          ///< kg, > 0, spread evenly within its surface, which is closed
+  Vec3 slide = Vec3::Zero();  ///< direction of the line along which alone it moves; 0: it is free
+  Vec3 force = Vec3::Zero();  ///< N, constant, at its centre of mass
+  double friction = 0.3;      ///< Coulomb coefficient of all that touches it, >= 0
+
+  bool slides() const { return !slide.isZero(0.0); }
+};
+
 struct ClothFile {
   std::filesystem::path file;  ///< any triangle mesh: initial shape, and rest shape unless given
   std::filesystem::path rest_file;  ///< empty: the file itself
@@ -94,6 +104,7 @@ struct ClothFile {
   TriangleMesh rest_mesh{};
   std::optional<double> plate{};              ///< as in ClothGrid, for a flat mesh
   std::optional<SupportConstants> support{};  ///< a closed surface supported from inside
+  std::optional<SolidSpec> solid{};           ///< a rigid body and no cloth
   RefineSpec refine{};
 };
 
@@ -107,6 +118,9 @@ struct ClothSpec {
   std::string material = "default";
   VirtualSpec virtual_springs{};
 };
+
+/// The rigid body of a piece; null: it is cloth.
+const SolidSpec* solid_of(const ClothSpec& cloth);
 
 /// Held particles and their prescribed motion ("handles").
 struct HandleSpec {

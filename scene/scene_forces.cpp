@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/solver/strain_limiter.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/scene/detail/solid.h>
+#include <selvedge/scene/detail/solid_force.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -27,6 +29,39 @@ void add_virtual_springs(const BuiltScene& built, std::vector<std::unique_ptr<Fo
               stiffness.begin() + springs.begin);
     forces.push_back(make_virtual_springs(start, stiffness, springs.follow));
   }
+}
+
+// The springs that keep the leaders of rigid bodies apart.
+std::vector<detail::Rod> rods_of(const BuiltScene& built) {
+  const std::vector<Vec3>& start = built.cloth.surface.vertices;
+  std::vector<detail::Rod> rods;
+  for (const BuiltSolid& solid : built.solids)
+    for (std::int32_t a = solid.leader; a < solid.leader + solid.leaders; ++a)
+      for (std::int32_t b = a + 1; b < solid.leader + solid.leaders; ++b)
+        rods.push_back(
+            {a, b, (start[b] - start[a]).norm(),
+             solid.mass / solid.leaders * detail::kSolidFrequency * detail::kSolidFrequency});
+  return rods;
+}
+
+// What guides a body that slides, and the constant forces on bodies.
+std::vector<Guide> guides_of(const Scene& scene, const BuiltScene& built) {
+  std::vector<Guide> guides;
+  for (const BuiltSolid& solid : built.solids) {
+    const SolidSpec& spec = *solid_of(scene.cloths[solid.piece]);
+    Guide guide{.push = spec.force / solid.leaders};
+    if (spec.slides()) {
+      const Vec3 along = spec.slide.normalized();
+      guide.stiffness = solid.mass / solid.leaders * detail::kSolidFrequency *
+                        detail::kSolidFrequency * (Mat3::Identity() - along * along.transpose());
+    }
+    for (int k = 0; k < solid.leaders; ++k) {
+      guide.particle = solid.leader + k;
+      guide.place = built.cloth.surface.vertices[guide.particle];
+      guides.push_back(guide);
+    }
+  }
+  return guides;
 }
 
 }  // namespace
@@ -66,6 +101,10 @@ std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltS
   }
   for (auto& seam : make_seams(scene, built)) forces.push_back(std::move(seam));
   add_virtual_springs(built, forces);
+  if (!built.solids.empty()) {
+    forces.push_back(detail::make_rods(rods_of(built)));
+    forces.push_back(make_guides(guides_of(scene, built)));
+  }
   for (const BuiltVolume& v : built.volumes)
     forces.push_back(make_volume_force(v.stiffness, v.centre, v.triangles, cloth.surface.vertices));
   if (!scene.gravity.isZero(0.0)) forces.push_back(make_gravity(scene.gravity));

@@ -40,6 +40,7 @@ Simulation::~Simulation() = default;
 
 void Simulation::step() {
   if (change_mesh()) return;
+  if (parts_->wrenches && is_at_frame()) parts_->wrenches->begin_mean();
   parts_->threads.run([&] { parts_->make_step(parts_->control()); });
 }
 
@@ -98,10 +99,12 @@ bool Simulation::is_of_present_mesh(const SimulationState& state) const {
 
 void Simulation::restore(SimulationState state) {
   if (is_of_present_mesh(state)) return parts_->restore(std::move(state));
+  const bool measures = measures_wrenches();
   RunResult before = parts_->present_result();
   changes_->repeat(state, build_scene(changes_->scene, changes_->methods));
   parts_ = changes_->parts_at(changes_->refinement, std::move(state));
   parts_->continue_from(std::move(before));
+  parts_->measure_wrenches(measures);
 }
 
 void Simulation::resume(SimulationState state, RunResult before) {
@@ -110,6 +113,21 @@ void Simulation::resume(SimulationState state, RunResult before) {
 }
 
 const StepReport& Simulation::last_step() const { return parts_->attempts; }
+
+void Simulation::measure_wrenches(bool on) { parts_->measure_wrenches(on); }
+bool Simulation::measures_wrenches() const { return parts_->wrenches.has_value(); }
+
+const StepWrenches& Simulation::wrenches() const {
+  if (!parts_->wrenches)
+    throw std::logic_error("wrenches are not measured: call measure_wrenches first");
+  return parts_->wrenches->last();
+}
+
+StepWrenches Simulation::frame_wrenches() const {
+  if (!parts_->wrenches)
+    throw std::logic_error("wrenches are not measured: call measure_wrenches first");
+  return parts_->wrenches->mean();
+}
 const VertexNames& Simulation::names() const { return parts_->methods.names; }
 void Simulation::set_trace(const StepTrace* trace) { parts_->methods.trace = trace; }
 std::vector<std::uint8_t> Simulation::flags() const { return parts_->flags(); }

@@ -29,6 +29,7 @@ struct Scene;  // scene/scene.h
 struct SimulationState;
 struct StepContact;  // step_report.h
 struct StepReport;
+struct StepWrenches;
 struct StepTrace;  // explain_step.h
 
 /// Replaces a body of a built scene by one at the same place whose vertices the program sets; the
@@ -97,6 +98,14 @@ class Simulation {
   /// before the first step, after `restore`, a change of the mesh, and a step that failed.
   std::vector<StepContact> contacts() const;
   const StepReport& last_step() const;
+  /// Whether steps from now on measure what bodies, handles and held particles feel. A scene with
+  /// output.wrenches does.
+  void measure_wrenches(bool on);
+  bool measures_wrenches() const;
+  /// Of the last accepted step since then, and the mean of the steps since the last frame was
+  /// reached. Both throw std::logic_error unless wrenches are measured.
+  const StepWrenches& wrenches() const;
+  StepWrenches frame_wrenches() const;
   void set_trace(const StepTrace* trace);  ///< of every attempt; null: none
   /// Whether the cloth is in equilibrium now: takes as long as a part of a step.
   RestReport rest();

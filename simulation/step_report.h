@@ -5,7 +5,9 @@
 
 #include <selvedge/response/response.h>
 
+#include <Eigen/Geometry>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -35,6 +37,47 @@ struct StepContact {
   /// N·s, on the first primitive; the second receives the opposite. Of the response alone: zero for
   /// a response that moves particles without impulses, and without the fail-safe's share.
   Vec3 impulse = Vec3::Zero();
+};
+
+/// A force and its torque about the origin.
+struct Wrench {
+  Vec3 force = Vec3::Zero();   ///< N
+  Vec3 torque = Vec3::Zero();  ///< N·m
+
+  Vec3 torque_about(const Vec3& point) const { return torque - point.cross(force); }
+  /// Adds a force `f` that acts at `x` (m).
+  void add(const Vec3& x, const Vec3& f) {
+    force += f;
+    torque += x.cross(f);
+  }
+  Wrench& operator+=(const Wrench& other);
+  Wrench operator*(double factor) const { return {factor * force, factor * torque}; }
+};
+
+/// What the cloth exerted during a step, or on the mean of several, and what acted on it. The
+/// forces are impulses over time and act at the positions of the start of the step. They sum up:
+/// change.force = Σ others.force - Σ bodies.force - Σ held_force, and the same for torques.
+struct StepWrenches {
+  double h = 0.0;              ///< s, length of the step or of all of them
+  std::vector<Wrench> bodies;  ///< on each body, by contacts, friction and pinched cloth
+  /// On each rigid body among the pieces (BuiltScene::solids), by contacts and friction. They are
+  /// part of the sums: to them the bodies are cloth.
+  std::vector<Wrench> solids;
+  std::vector<Wrench> handles;  ///< on what holds the particles of each handle of the scene
+  /// The particles that handles or the program held, ascending; those that bodies pinch count for
+  /// the bodies, half for each.
+  std::vector<std::int32_t> held;
+  std::vector<Vec3> held_force;  ///< N, of the cloth on what held each of them
+  /// On the cloth, by what gave it: "loads" (weight, air, forces of a program), "internal" (only
+  /// the torque of forces taken at other positions, or the error of a method that evaluates them
+  /// several times), "solver" (what the linear solve left), "response" (moves without an impulse),
+  /// "fail_safe", "strain_limit", "tempering", "followers", "untangling", "water", "sleep", and
+  /// "lever_arms": all that angular momentum lacks, which shrinks with the step. Entries that are
+  /// zero are left out.
+  std::map<std::string, Wrench> others;
+  Wrench change;              ///< of the momentum and the angular momentum of the cloth, per s
+  double force_error = 0.0;   ///< of that sum, by the sizes of its parts and of the momenta
+  double torque_error = 0.0;  ///< the same of the torques
 };
 
 /// Whether a step that was accepted after `halvings` of at most `max_halvings` is at most twice as

@@ -106,9 +106,9 @@ inline constexpr const char* everything = R"({
     {"name": "simple_net", "pattern": {"type": "simplified_net", "structural": 4, "shear": 5, "flexion": 6}},
     {"name": "long_net", "pattern": {"type": "responsive_net", "structural": 7, "shear": 8, "flexion": 9}},
     {"name": "triangle_net", "pattern": {"type": "triangular_net", "structural": 10, "flexion": 11}},
-    {"name": "woven", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "weave", "over": 4, "under": 3, "step": 2, "warp_tex": 21, "weft_tex": 22, "yarn_density": 23,
+    {"name": "woven", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "weave", "over": 4, "under": 3, "step": 2, "warp_tex": 21, "weft_tex": 22,
      "modulus": 24, "bending_share": 0.25, "crimp_share": 0.26, "contact": 27, "rotation": 28, "links": 6}},
-    {"name": "knitted", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "knit", "tex": 31, "yarn_density": 320, "modulus": 33, "bending_share": 0.35,
+    {"name": "knitted", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "knit", "tex": 31, "modulus": 33, "bending_share": 0.35,
      "contact": 36, "sliding": 37, "rotation": 38, "twist": 39, "links": 4}},
     {"name": "skirt", "sewing_pattern": "skirt.json", "edge_length": 0.1, "up": "y",
      "panels": {"back": [0, 0.5, 50]}, "transformation": {"translation": [0, 0, 60]}, "material": "silk", "velocity": [0, 0, -2], "virtual_springs": {"stiffness": 5},
@@ -156,7 +156,9 @@ inline constexpr const char* everything = R"({
     {"name": "listed", "sequence": {"files": ["walk_007.obj", "walk_008.obj"]}, "groups": ["skin"]},
     {"name": "inline", "mesh": {"vertices": [[0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 2, 3], [1, 2, 3]]},
      "unit": 2},
-    {"name": "parts", "mesh": "parts.obj", "groups": ["skin", "pale"]}
+    {"name": "parts", "mesh": "parts.obj", "groups": ["skin", "pale"]},
+    {"name": "heavy", "shape": {"type": "box", "size": [1, 2, 3]}, "mass": 4, "slide": [0, 1, 0], "force": [5, 6, 7],
+     "transformation": {"translation": [0, 0, 90]}, "friction": 0.6}
   ],
   "air": {"wind": [1, 0, 0], "normal_drag": 0.5, "viscous_drag": 0.25,
           "gusts": {"speed": 0.75, "length": 2, "seed": 7},

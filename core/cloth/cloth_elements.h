@@ -143,6 +143,15 @@ struct HangingNode {
   bool remap(const auto& to) { return remap_vertices(v, to); }
 };
 
+/// A vertex v[0] of a rigid body: x(v[0]) = Σ weight[k]·x(v[k+1]), a constraint of every step (see
+/// Followers). Those of weight 0 are not looked at.
+struct RigidVertex {
+  std::array<std::int32_t, 5> v;
+  std::array<double, 4> weight;  ///< of either sign; they sum to 1
+
+  bool remap(const auto& to) { return remap_vertices(v, to); }
+};
+
 /// Ties particle v[0] to the weighted mean of N others by a spring of zero rest length to
 /// Σ weight[k]·x(v[k+1]).
 template <int N>
@@ -277,6 +286,7 @@ struct ClothElements {
   ElementSet<CurvatureFriction> curvature_frictions;
   ElementSet<CornerFriction> corner_frictions;
   ElementSet<HangingNode> hanging;
+  ElementSet<RigidVertex> rigid;
   ElementSet<Tie<4>> layers;  ///< ties from the particles of a dense layer to a sparse one
   /// Ties from the nodes of the surface of a weave to the two yarns that cross there.
   ElementSet<Tie<2>> yarn_ties;
@@ -292,10 +302,10 @@ namespace detail {
 template <class Elements>
 auto tie_sets(Elements& elements) {
   auto& [springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
-         hinge_frictions, curvature_frictions, corner_frictions, hanging, layers, yarn_ties,
+         hinge_frictions, curvature_frictions, corner_frictions, hanging, rigid, layers, yarn_ties,
          membranes, beams, yarns, curvature_curves, crossings] = elements;
   return std::tie(springs, strain_limit, curves, curve_of_spring, hinges, couples, links, twists,
-                  hinge_frictions, curvature_frictions, corner_frictions, hanging, layers,
+                  hinge_frictions, curvature_frictions, corner_frictions, hanging, rigid, layers,
                   yarn_ties, membranes, beams, yarns, curvature_curves, crossings);
 }
 }  // namespace detail

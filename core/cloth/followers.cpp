@@ -63,7 +63,7 @@ void Followers::set_rows(std::span<const std::vector<std::pair<std::int32_t, dou
 }
 
 Followers::Followers(const ClothMesh& cloth) {
-  if (cloth.hanging.empty()) return;
+  if (cloth.hanging.empty() && cloth.rigid.empty()) return;
   const Chains chains(cloth.hanging);
   std::vector<std::vector<std::pair<std::int32_t, double>>> rows;
   for (std::size_t i = 0; i < cloth.surface.vertices.size(); ++i) {
@@ -71,7 +71,32 @@ Followers::Followers(const ClothMesh& cloth) {
     chains.add(static_cast<std::int32_t>(i), 1.0, leaders);
     rows.emplace_back(leaders.begin(), leaders.end());
   }
+  for (const RigidVertex& vertex : cloth.rigid) {
+    auto& row = rows[vertex.v[0]];
+    row.clear();
+    for (std::size_t k = 0; k < vertex.weight.size(); ++k)
+      if (vertex.weight[k] != 0.0) row.emplace_back(vertex.v[k + 1], vertex.weight[k]);
+    rigid_.push_back(vertex.v[0]);
+  }
+  std::sort(rigid_.begin(), rigid_.end());
   set_rows(rows);
+}
+
+void Followers::set_mobility(std::span<const double> mass, std::span<double> inv_mass) const {
+  std::vector<double> whole(leaders_.size(), 0.0);
+  gather(mass, std::span(whole));
+  for (const std::int32_t i : rigid_) {
+    if (inv_mass[i] <= 0.0) continue;
+    double sum = 0.0;
+    for (const Share& s : shares(i)) sum += s.weight * s.weight / whole[s.leader];
+    inv_mass[i] = sum;
+  }
+}
+
+void Followers::set_inertia(std::span<const double> mass, std::span<double> inertia) const {
+  std::vector<double> mobility(mass.size(), 1.0);
+  set_mobility(mass, mobility);
+  for (const std::int32_t i : rigid_) inertia[i] = 1.0 / mobility[i];
 }
 
 Followers Followers::of_layers(const ClothMesh& cloth) {
@@ -130,8 +155,10 @@ void Followers::push_leaders(std::span<const double> mass, std::span<const doubl
   std::vector<double> whole(leaders_.size(), 0.0);
   gather(mass, std::span(whole));
   std::vector<Vec3> given(leaders_.size(), Vec3::Zero());
+  std::vector<double> moved(mass.begin(), mass.end());
+  if (has_rigid()) set_inertia(mass, moved);
   for (const std::int32_t i : nodes_)
-    for (const Share& s : shares(i)) given[s.leader] += (s.weight * mass[i]) * off[i];
+    for (const Share& s : shares(i)) given[s.leader] += (s.weight * moved[i]) * off[i];
   for (std::size_t l = 0; l < leaders_.size(); ++l)
     if (inv_mass[leaders_[l]] > 0.0) v[leaders_[l]] += given[l] / whole[l];
 }

@@ -17,11 +17,12 @@ class Followers {
  public:
   struct Share {
     std::int32_t leader;  ///< number among the leaders
-    double weight;        ///< > 0; those of a follower sum to 1
+    double weight;        ///< those of a follower sum to 1; > 0 but for rigid bodies
   };
 
   Followers() = default;
-  /// The hanging nodes of a cloth. Throws std::invalid_argument if a node hangs on itself.
+  /// The hanging nodes of a cloth, and the vertices of rigid bodies. Throws std::invalid_argument
+  /// if a node hangs on itself.
   explicit Followers(const ClothMesh& cloth);
   /// The particles of its dense layers, which follow the sparse ones.
   static Followers of_layers(const ClothMesh& cloth);
@@ -35,6 +36,14 @@ class Followers {
   std::span<const Share> shares(std::size_t i) const {
     return std::span(shares_).subspan(begin_[i], begin_[i + 1] - begin_[i]);
   }
+
+  /// Whether particles belong to rigid bodies.
+  bool has_rigid() const { return !rigid_.empty(); }
+  /// 1/kg, the mobility of each vertex of a rigid body, Σ weight²/mass of its leaders, in place of
+  /// its own inverse mass. `mass` and `inv_mass` of all particles; those of others stay.
+  void set_mobility(std::span<const double> mass, std::span<double> inv_mass) const;
+  /// kg, the inverse of that in place of the masses of such vertices.
+  void set_inertia(std::span<const double> mass, std::span<double> inertia) const;
 
   /// y of x.
   std::vector<Vec3> select(std::span<const Vec3> x) const;
@@ -64,6 +73,7 @@ class Followers {
   std::vector<std::int32_t> leaders_, nodes_;
   std::vector<std::size_t> begin_{0};
   std::vector<Share> shares_;
+  std::vector<std::int32_t> rigid_;  // particles that follow as vertices of rigid bodies, ascending
 };
 
 }  // namespace selvedge

@@ -66,6 +66,9 @@ class Force {
   virtual const JacobianRows* jacobian_rows(const ForceState& /*state*/, double /*h*/) const {
     return nullptr;
   }
+  /// Whether something outside the cloth takes the reaction (weight, air, springs to places in
+  /// space). All other forces keep the momentum of the cloth.
+  virtual bool is_external() const { return false; }
   /// Called when a step was accepted and ended in `state`. A force with a memory (hysteresis)
   /// updates it; other forces do nothing.
   virtual void accept(const ForceState& /*state*/) {}
@@ -160,6 +163,16 @@ std::unique_ptr<Force> make_virtual_springs(std::span<const Vec3> rest,
 std::unique_ptr<Force> make_volume_force(double stiffness, std::int32_t centre,
                                          std::span<const Triangle> triangles,
                                          std::span<const Vec3> rest);
+
+/// A particle that something outside guides and pushes: f = push - stiffness (x - place).
+struct Guide {
+  std::int32_t particle = 0;
+  Vec3 place = Vec3::Zero();      ///< m
+  Mat3 stiffness = Mat3::Zero();  ///< N/m, symmetric, positive semidefinite
+  Vec3 push = Vec3::Zero();       ///< N
+};
+/// The force of all guides.
+std::unique_ptr<Force> make_guides(std::vector<Guide> guides);
 
 /// f = m·g. [survey eq. 6]
 std::unique_ptr<Force> make_gravity(const Vec3& acceleration);

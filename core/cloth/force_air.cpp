@@ -82,6 +82,7 @@ class AirForce final : public Force {
 
   double energy(const ForceState&) const override { return 0.0; }
 
+  bool is_external() const override { return true; }
   void add_links(std::vector<Edge>& links) const override {
     for (const AirElement& e : triangles_)
       for (int k = 0; k < 3; ++k) links.push_back({e.v[k], e.v[(k + 1) % 3]});

@@ -31,6 +31,7 @@ class Gravity final : public Force {
     });
   }
 
+  bool is_external() const override { return true; }
   void add_links(std::vector<Edge>&) const override {}
   void bind(const BlockMatrix&) override {}
   void add_jacobian(const ForceState&, double, BlockMatrix&) const override {}

@@ -59,6 +59,7 @@ class VirtualSprings final : public Force {
     return sum;
   }
 
+  bool is_external() const override { return !follow_; }
   void add_links(std::vector<Edge>&) const override {}
   void bind(const BlockMatrix&) override {}
 

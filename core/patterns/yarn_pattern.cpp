@@ -130,9 +130,7 @@ void add_yarn_tie(ClothMesh& cloth, std::int32_t middle, std::int32_t a, std::in
 }
 
 std::vector<MethodOption> yarn_options(const YarnConfig& initial) {
-  return {positive_option("yarn_density", initial.density, "kg/m³", 1e5,
-                          "mass per volume of a yarn with its air, which gives its diameter"),
-          positive_option("modulus", initial.modulus, "Pa", 1e13, "Young's modulus of a yarn"),
+  return {positive_option("modulus", initial.modulus, "Pa", 1e13, "Young's modulus of a yarn"),
           positive_option("bending_share", initial.bending_share, "1", 1.0,
                           "bending rigidity of a yarn relative to a solid rod; fibres that slide "
                           "lower it")};
@@ -140,7 +138,7 @@ std::vector<MethodOption> yarn_options(const YarnConfig& initial) {
 
 YarnConfig yarn_of(const MethodOptions& options, const char* tex) {
   return {.tex = options[tex],
-          .density = options["yarn_density"],
+          .density = YarnConfig{}.density,
           .modulus = options["modulus"],
           .bending_share = options["bending_share"]};
 }

@@ -213,6 +213,16 @@ class Following final : public Integrator {
     return leaders_->stable_step(particles_, time, wanted);
   }
   void begin(const StepStart& start, StepEnd end) override;
+  // Contacts of cloth with followers do without; those of rigid bodies carry what pushes the body.
+  std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override {
+    if (!followers_.has_rigid()) return {};
+    const std::vector<Vec3> own = followers_.select(mean);
+    const std::span<const Vec3> rest = leaders_->unbalanced(own);
+    if (rest.empty()) return {};
+    unbalanced_.assign(followers_.particles(), Vec3::Zero());
+    for (std::size_t l = 0; l < rest.size(); ++l) unbalanced_[followers_.leaders()[l]] = rest[l];
+    return unbalanced_;
+  }
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override {
     const StepEnd own = select(end);
     const SolveReport report = leaders_->solve(terms, own, looser);
@@ -242,6 +252,7 @@ class Following final : public Integrator {
   }
 
   Followers followers_;
+  std::vector<Vec3> unbalanced_;  // N·s, of all particles
   std::unique_ptr<Integrator> leaders_;
   Particles particles_;  // the leaders at the start of the step
   std::vector<Vec3> mean_, v_;

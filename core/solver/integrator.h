@@ -36,6 +36,9 @@ struct SolveReport {
 struct ImplicitConfig {
   double tolerance = 1e-4;  ///< relative residual at which the iteration stops
   int max_iterations = 2000;
+  /// After a solve to this tolerance, the residual of what nothing holds or touches from outside
+  /// has no momentum: the particles that springs and contacts join get the same velocity more.
+  bool exact_momentum = false;
 };
 
 /// Properties of an integrator.
@@ -70,6 +73,13 @@ struct StepEnd {
   /// initial guess for the others.
   std::span<Vec3> mean;
   std::span<Vec3> v;  ///< velocity at the end, m/s; not written if traits().ends_with_mean
+};
+
+/// Impulses that forces other than contacts gave to each particle in a step, N·s, held particles
+/// among them.
+struct ForceImpulses {
+  std::vector<Vec3> all;
+  std::vector<Vec3> external;  ///< of Force::is_external
 };
 
 /// A method that advances the cloth by one step of length h. Explicit methods compute the end of
@@ -107,6 +117,11 @@ class Integrator {
   /// them keep the velocities. Empty: this method does not know them before it solves. Valid until
   /// the next call.
   virtual std::span<const Vec3> unbalanced(std::span<const Vec3> mean);
+  /// After the last solve of a step and before `accept`: the impulses of the forces as the solve
+  /// has them at these mean velocities. Returns false where the method does not keep them.
+  virtual bool force_impulses(std::span<const Vec3> /*mean*/, ForceImpulses& /*out*/) {
+    return false;
+  }
   /// Tells integrator and forces that the step from the last `begin` was accepted and ended in
   /// `state`.
   void accept(const ForceState& state);

@@ -197,18 +197,39 @@ void ImplicitBlend::begin_euler(const StepStart& start) {
   system_.assemble({{p.x, system_.zeros(), p.mass, start.time}, start.h, p.v, start.h});
 }
 
+/// Finds the pieces that are rigid bodies. They have α = 1, and their forces are taken where they
+/// are at the start: then their springs do not change their angular momentum.
+void ImplicitBlend::find_rigid(const Particles& p) {
+  rigid_.clear();
+  if (p.followers == nullptr || !p.followers->has_rigid()) return;
+  rigid_.assign(p.size(), 0);
+  for (const std::int32_t i : p.followers->nodes())
+    for (const Followers::Share& s : p.followers->shares(i)) rigid_[s.leader] = 1;
+  // A body that seams tie to cloth is one piece with it.
+  const std::span<const std::int32_t> piece = system_.pieces().of_particles();
+  std::vector<char> whole(system_.pieces().count(), 1);
+  for (std::size_t i = 0; i < rigid_.size(); ++i)
+    if (rigid_[i] == 0) whole[piece[i]] = 0;
+  for (std::size_t i = 0; i < rigid_.size(); ++i) {
+    rigid_[i] = whole[piece[i]];
+    if (rigid_[i] != 0) alpha_[i] = 1.0;
+  }
+}
+
 void ImplicitBlend::begin_blend(const StepStart& start, std::span<const Vec3> mean) {
   const Particles& p = start.particles;
   const double to = kForceWeight * start.h;
+  find_rigid(p);
   heavy_ = p;
   for (std::size_t i = 0; i < p.size(); ++i) {
     heavy_.mass[i] /= alpha_[i];
     guess_[i] = p.inv_mass[i] > 0.0 || mean.empty() ? Vec3(p.v[i] + lead_[i]) : mean[i];
+    if (!rigid_.empty() && rigid_[i] != 0) guess_[i].setZero();
     x_[i] = p.x[i] + to * guess_[i];
   }
   system_.hold(heavy_);
   system_.assemble(
-      {{x_, guess_, p.mass, start.time + to}, start.h, p.v, to, 1.0, 1.0 / kForceWeight});
+      {{x_, guess_, p.mass, start.time + to}, start.h, p.v, to, 1.0, 1.0 / kForceWeight, rigid_});
   system_.add_jacobian_times(guess_);
 }
 

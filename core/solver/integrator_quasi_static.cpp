@@ -54,6 +54,10 @@ class QuasiStatic final : public detail::ImplicitBlend {
   void begin(const StepStart& start, StepEnd end) override;
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
   std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override;
+  // Without inertia, the impulses of a step are no account of momentum.
+  bool force_impulses(std::span<const Vec3> mean, ForceImpulses& out) override {
+    return !fading_ && ImplicitBlend::force_impulses(mean, out);
+  }
 
  private:
   void look_at_motion(const StepStart& start);

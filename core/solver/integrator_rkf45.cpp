@@ -47,12 +47,14 @@ constexpr double kStretch = 1.0 + 1e-9;
 // In one step.
 constexpr int kMostInnerSteps = 100000;
 
+// 1/s, allowed error of velocity over that of position.
+constexpr double kErrorRate = 100.0;
+
 class Fehlberg final : public Integrator {
  public:
   Fehlberg(ForceList forces, std::size_t n, const MethodOptions& options)
       : Integrator(std::move(forces), n),
         error_(options["error"]),
-        error_rate_(options["error_rate"]),
         stages_(fehlberg(), n),
         x_(n),
         v_(n),
@@ -83,7 +85,7 @@ class Fehlberg final : public Integrator {
     return memory.subspan(1);
   }
 
-  const double error_, error_rate_;  // m and 1/s
+  const double error_;  // m
   detail::RungeKuttaStages stages_;
   std::vector<Vec3> x_, v_, dx_, dv_;
   double h_ = 0.0, next_h_ = 0.0;  // s, length of the last inner step that was not cut; 0: none yet
@@ -94,7 +96,7 @@ double Fehlberg::largest_error(const Particles& p, double h) const {
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (p.inv_mass[i] <= 0.0) continue;
     const double x = h * dx_[i].norm() / error_;
-    const double v = h * dv_[i].norm() / (error_ * error_rate_);
+    const double v = h * dv_[i].norm() / (error_ * kErrorRate);
     // Not std::max: a NaN must stay a NaN.
     if (!(x <= worst)) worst = x;
     if (!(v <= worst)) worst = v;
@@ -161,14 +163,7 @@ void register_rkf45(IntegratorRegistry& registry) {
         .most = 1.0,
         .above_least = true,
         .meaning = "allowed error of position in an inner step; smaller: more inner "
-                   "steps"},
-       {.name = "error_rate",
-        .initial = 100.0,
-        .unit = "1/s",
-        .least = 0.0,
-        .most = 1e12,
-        .above_least = true,
-        .meaning = "allowed error of velocity over that of position"}},
+                   "steps"}},
       [](const MethodOptions& o, ForceList forces, std::size_t particles, const ImplicitConfig&) {
         return std::make_unique<Fehlberg>(std::move(forces), particles, o);
       });

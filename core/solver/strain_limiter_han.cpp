@@ -101,16 +101,19 @@ class HanLimiter final : public StrainLimitMethod {
   std::vector<double> worst_;
 };
 
+// γ: force at the limit beyond Hooke's, relative to it.
+constexpr double kGrowth = 1.0;
+
 /// K γ ΔL³/(τ L0)², which is what the non-linear function adds to Hooke's force.
 class ModifiedSprings {
  public:
   static constexpr int arity = 2;
   static constexpr const char* name = "modified spring";
 
-  ModifiedSprings(std::span<const Spring> springs, std::span<const double> limits, double growth) {
+  ModifiedSprings(std::span<const Spring> springs, std::span<const double> limits) {
     for (std::size_t i = 0; i < springs.size(); ++i) {
       const double most = limits[i] * springs[i].rest_length;
-      springs_.push_back({springs[i], growth * springs[i].stiffness / (most * most)});
+      springs_.push_back({springs[i], kGrowth * springs[i].stiffness / (most * most)});
     }
   }
 
@@ -155,21 +158,13 @@ void register_modified_springs(StrainLimiterRegistry& registry) {
        .most = 1.0,
        .above_least = true,
        .meaning = "part of the excess that one sweep takes; less is more gradual and takes more "
-                  "sweeps"},
-      {.name = "growth",
-       .initial = 1.0,
-       .unit = "1",
-       .least = 0.0,
-       .most = 1e6,
-       .meaning = "force at the limit beyond Hooke's, relative to it; 0 leaves Hooke's springs"}};
+                  "sweeps"}};
   const auto make = [](const MethodOptions& o, std::span<const Spring> s, std::span<const double> l,
                        std::size_t n) {
     StrainLimit limit{.method = std::make_unique<HanLimiter>(s, l, n, o["share"]),
                       .force = nullptr,
                       .max_sweeps = o.whole("max_sweeps")};
-    if (o["growth"] > 0.0)
-      limit.force = std::make_unique<detail::ElementForce<ModifiedSprings>>(
-          ModifiedSprings(s, l, o["growth"]), n);
+    limit.force = std::make_unique<detail::ElementForce<ModifiedSprings>>(ModifiedSprings(s, l), n);
     return limit;
   };
   registry.add("han", options, make, HanLimiter({}, {}, 0, 1.0).traits());

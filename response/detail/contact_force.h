@@ -73,6 +73,7 @@ class ContactForce final : public Response {
   /// small, so that cloth is moved out of a violation without being accelerated. Keeps the linear
   /// momentum of free particles.
   void finish(std::span<Vec3> v) const override;
+  void finish_impulses(std::span<const Vec3> v, std::vector<ContactImpulse>& out) const override;
   void accept(std::span<const Vec3> x_t1) override;
   void save_memory(std::vector<double>& memory) const override;
   void restore_memory(std::span<const double> memory, std::size_t vertices) override;
@@ -131,6 +132,8 @@ class ContactForce final : public Response {
   bool comes_near(const Entry& e) const;
   double first_load(const Entry& e) const;
   void recall(Entry& e) const;
+  static void recall_loads(std::span<Entry> entries);
+  double bearing_stick(const Entry& e) const;
   void start(Entry& e) const;
   ImplicitTerm term_of(const Entry& e) const;
   bool is_impact() const;
@@ -140,12 +143,15 @@ class ContactForce final : public Response {
   void set_balanced(const ResponseStep& step);
   void guess_forces(std::span<Entry> entries);
   void guess_force(Entry& e);
+  Vec3 guessed_motion(const Entry& e) const;
   void add_guess(const Entry& e, const Vec3& impulse);
   void bear_loads(std::span<Entry> entries);
   double recovered(const ContactPoint& c) const;
   void linearise_friction(Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;
   double update_friction(Entry& e, const Vec3& s, bool carried) const;
+  template <class Note>
+  void finish(std::span<Vec3> v, const Note& note) const;
   template <class Body>
   void for_each_entry(const Body& body);
   void note_solved(std::span<const Vec3> v);

@@ -45,6 +45,7 @@ struct StateCopy {
   std::vector<double> pressure;                         ///< Pa per vertex; empty: not wanted
   std::vector<Vec3> bodies;                             ///< m; empty if the bodies are not due
   std::span<const Triangle> triangles, body_triangles;  ///< of `owner`
+  std::vector<NamedWrench> wrenches;                    ///< empty: not wanted
   std::shared_ptr<const void> owner;
   std::shared_ptr<const FrameParts> parts{};  ///< null: no format needs them
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/run/detail/frame_output.h>
+#include <selvedge/run/detail/named_wrenches.h>
 #include <selvedge/run/internal/part_colours.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>
@@ -40,7 +41,8 @@ Frame frame_of(const StateCopy& copy, const std::vector<NamedValues>& values) {
                  .triangles = copy.triangles,
                  .values = values,
                  .bodies = copy.bodies,
-                 .body_triangles = copy.body_triangles};
+                 .body_triangles = copy.body_triangles,
+                 .wrenches = copy.wrenches};
   if (copy.parts) add_parts(*copy.parts, frame);
   return frame;
 }
@@ -120,8 +122,10 @@ FrameOutput::FrameOutput(const Scene& scene, const FrameFormatRegistry& formats,
       body_names_(names_of(scene.bodies, "body")),
       fps_(scene.time.fps),
       pressure_(wants_pressure(scene.output)),
+      scene_(scene),
       ply_(make_ply_writer(out_ / "frames", kFrameFileDigits)),
       steps_(make_ply_writer(out_ / "steps", kStepFileDigits)) {
+  if (wants_wrenches(scene)) step_wrenches_ = make_wrench_table(out_ / "steps" / "wrenches.csv");
   for (const std::string& name : scene.output.all_formats()) {
     auto writer =
         make_method(formats, name, "output.formats", options_of(scene.output, name), out_);
@@ -167,6 +171,9 @@ StateCopy FrameOutput::copy_frame(const Simulation& simulation, int number) cons
       .bodies = bodies_due(simulation, number) ? simulation.body_positions() : std::vector<Vec3>(),
       .triangles = simulation.cloth_triangles(),
       .body_triangles = simulation.body_triangles(),
+      .wrenches = simulation.measures_wrenches() && number > 0
+                      ? named_wrenches(scene_, simulation, simulation.frame_wrenches())
+                      : std::vector<NamedWrench>(),
       .owner = simulation.owner(),
       .parts = parts_of(simulation)};
 }
@@ -184,8 +191,11 @@ void FrameOutput::write_frame(const StateCopy& copy) {
 void FrameOutput::write_step(const Simulation& simulation, int number) {
   StateCopy copy = copy_frame(simulation, number);
   copy.time = copy.state.time;
+  if (step_wrenches_ && number > 0)
+    copy.wrenches = named_wrenches(scene_, simulation, simulation.wrenches());
   const std::vector<NamedValues> values = frame_values(copy);
   steps_->write(frame_of(copy, values));
+  if (step_wrenches_) step_wrenches_->write(frame_of(copy, values));
 }
 
 void FrameOutput::finish() {

@@ -17,7 +17,8 @@ namespace selvedge::detail {
 class FrameOutput {
  public:
   /// Throws std::invalid_argument for a format that is not among `formats`, for an option that it
-  /// does not have, and for one that needs one mesh if `mesh_changes`. Writes nothing yet.
+  /// does not have, and for one that needs one mesh if `mesh_changes`. Writes nothing yet. Keeps a
+  /// reference to the scene.
   FrameOutput(const Scene& scene, const FrameFormatRegistry& formats, std::filesystem::path out,
               bool mesh_changes);
 
@@ -47,8 +48,10 @@ class FrameOutput {
   mutable std::shared_ptr<const void> parts_owner_;
   double fps_;
   bool pressure_;  ///< whether frames hold contact pressures
+  const Scene& scene_;
   std::unique_ptr<FrameWriter> ply_, steps_;
   std::vector<std::unique_ptr<FrameWriter>> others_;
+  std::unique_ptr<FrameWriter> step_wrenches_;
 };
 
 }  // namespace selvedge::detail

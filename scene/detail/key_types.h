@@ -136,6 +136,7 @@ template <class Shape>
 struct BodyOf {
   BodySpec body;
   Shape shape;
+  SolidSpec solid;  // of mass 0: none
 };
 using ObstacleKey = std::variant<BodyOf<BodyShape>, BodyOf<BodyFile>, BodyOf<BodySequence>>;
 

@@ -103,21 +103,58 @@ class BodyReader {
              const std::string& path)
       : document_(document), fields_(fields), j_(j), path_(path) {}
 
-  BodySpec read() const {
-    if (j_.contains("shape")) return read<BodyShape>();
-    return j_.contains("mesh") ? read<BodyFile>() : read<BodySequence>();
+  /// Adds it to the bodies of the scene or, if it has a mass, to the pieces.
+  void read_into(Scene& scene, const std::string& name) const {
+    if (j_.contains("shape"))
+      read<BodyShape>(scene, name);
+    else if (j_.contains("mesh"))
+      read<BodyFile>(scene, name);
+    else
+      read<BodySequence>(scene, name);
   }
 
  private:
   template <class Shape>
-  BodySpec read() const {
+  void read(Scene& scene, const std::string& name) const {
     BodyOf<Shape> body;
     fields_.read(j_, path_, body);
     complete(body.shape);
+    if constexpr (!std::is_same_v<Shape, BodySequence>)
+      if (body.solid.mass > 0.0) return add_solid(body, name, scene);
+    if (!body.solid.force.isZero(0.0) || body.solid.slides())
+      fail(document_, path_, "\"slide\" and \"force\" need the key \"mass\"");
     body.body.shape = std::move(body.shape);
     if constexpr (!std::is_same_v<Shape, BodySequence>)
       body.body.motion = read_motion(document_, j_["motion"], join(path_, "motion"));
-    return std::move(body.body);
+    body.body.name = name;
+    scene.bodies.push_back(std::move(body.body));
+  }
+
+  template <class Shape>
+  void add_solid(BodyOf<Shape>& body, const std::string& name, Scene& scene) const {
+    if (!read_motion(document_, j_["motion"], join(path_, "motion")).empty())
+      fail(document_, join(path_, "motion"), "a body with \"mass\" moves by forces; leave one out");
+    for (const ClothSpec& piece : scene.cloths)
+      if (piece.name == name)
+        fail(document_, path_, "a body with \"mass\" needs a name that no piece has");
+    body.solid.friction = body.body.friction;
+    ClothSpec& piece = scene.cloths.emplace_back();
+    ClothFile file;
+    if constexpr (std::is_same_v<Shape, BodyShape>) {
+      file.mesh = tessellate(body.shape.shape, body.shape.resolution);
+    } else {
+      if (!body.shape.load.groups.empty() || body.shape.load.up.value_or(UpAxis::z) != UpAxis::z)
+        fail(document_, path_,
+             "a body with \"mass\" has no \"up\" or \"groups\"; write such a mesh");
+      file.file = body.shape.file;
+      file.mesh = body.shape.mesh;
+      piece.scale = body.shape.load.unit.value_or(1.0);
+    }
+    file.solid = body.solid;
+    piece.name = name;
+    piece.shape = std::move(file);
+    piece.placement = body.body.placement;
+    piece.material = scene.cloths.front().material;
   }
 
   void complete(BodyShape& shape) const {
@@ -167,8 +204,7 @@ void read_bodies(LocatedJson& document, const FieldReader& fields, Scene& scene)
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string path = join("obstacles", i);
     const std::string name = read_name(document, list[i], "obstacles", i, taken);
-    scene.bodies.push_back(BodyReader(document, fields, list[i], path).read());
-    scene.bodies.back().name = name;
+    BodyReader(document, fields, list[i], path).read_into(scene, name);
   }
 }
 

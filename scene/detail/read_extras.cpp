@@ -12,7 +12,8 @@ namespace selvedge::detail {
 const ClothSpec& piece_of(LocatedJson& document, Json& j, const std::string& path,
                           const Scene& scene) {
   if (!j.contains("geometry")) {
-    if (scene.cloths.size() > 1)
+    const auto is_cloth = [](const ClothSpec& piece) { return solid_of(piece) == nullptr; };
+    if (std::ranges::count_if(scene.cloths, is_cloth) > 1)
       fail(document, path, "needs the key \"geometry\", because there are several pieces");
     j["geometry"] = scene.cloths.front().name;
   }

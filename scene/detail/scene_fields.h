@@ -884,9 +884,24 @@ struct Fields<BodyOf<Shape>> {
     visit_within<Shape>(&T::shape, visitor);
     visitor("transformation", FieldWithin{&T::body, &BodySpec::placement},
             Key{.text = "Where the body stands at the start"});
-    if constexpr (!std::is_same_v<Shape, BodySequence>)
+    if constexpr (!std::is_same_v<Shape, BodySequence>) {
       visitor("motion", Unstored<MotionKey>{MotionKey{std::vector<Keyframe>{}}},
               Key{.text = "How it moves; empty: not at all", .longest = kKeyframes});
+      visitor("mass", FieldWithin{&T::solid, &SolidSpec::mass},
+              Key{.unit = "kg",
+                  .range = {0, 1e6},
+                  .text = "The body moves as weight, cloth and other bodies push it; evenly within "
+                          "its surface. 0: it moves as \"motion\" says",
+                  .completed = false});
+      visitor("slide", FieldWithin{&T::solid, &SolidSpec::slide},
+              Key{.unit = "1",
+                  .text = "With mass: the direction along which alone it moves; 0: any",
+                  .completed = false});
+      visitor("force", FieldWithin{&T::solid, &SolidSpec::force},
+              Key{.unit = "N",
+                  .text = "With mass: a constant force at its centre of mass",
+                  .completed = false});
+    }
     visitor(
         "friction", FieldWithin{&T::body, &BodySpec::friction},
         Key{.unit = "1", .range = kFriction, .text = "Coulomb coefficient of cloth on this body"});

@@ -5,6 +5,7 @@
 #include <selvedge/core/base/internal/floating_point.h>
 #include <selvedge/simulation/detail/inquiry.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
+#include <selvedge/simulation/detail/solids.h>
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +47,7 @@ Vec3 common_velocity(const detail::StepInput& in, std::span<const Vec3> x_t1) {
 
 // Takes as much of the difference between the end velocities and the mean ones out of an attempt as
 // it gains energy. Returns the energy that this takes, J.
-double temper(const detail::StepInput& in, double gain, std::span<const Vec3> v_end,
+double temper(const detail::StepInput& in, double gain, std::span<const Vec3> v_end, bool notes,
               detail::StepOutcome& outcome) {
   const Vec3 frame = common_velocity(in, outcome.x_t1());
   std::vector<Vec3>& free = outcome.v.free;
@@ -62,7 +63,10 @@ double temper(const detail::StepInput& in, double gain, std::span<const Vec3> v_
   const double least = -0.5 * b / c;  // where the energy is least
   const double square = least * least - (gain - b - c) / c;
   const double kept = std::clamp(square > 0.0 ? least + std::sqrt(square) : least, 0.0, 1.0);
+  std::vector<Vec3> before;
+  if (notes) before = free;
   for (std::size_t i = 0; i < in.n(); ++i) free[i] = mean[i] + kept * (free[i] - mean[i]);
+  if (notes) outcome.parting.ends.given["tempering"] += detail::given(in, before, free, 1.0);
   return b * (1.0 - kept) + c * (1.0 - kept * kept);
 }
 
@@ -104,6 +108,7 @@ void Simulation::Parts::refuse_unstable_start() {
 // bodies turn along their true paths, s.
 double Simulation::Parts::stable_step(double h, double target) {
   h = turning.longest_step(built, state.time, h);
+  h = detail::longest_turn(scene, built, state, h);
   double stable = longest_step(h);
   if (!(stable >= h) && scene.solver.refuse_unstable_step)
     throw SimulationFailed(
@@ -256,6 +261,7 @@ void Simulation::Parts::make_step(StepControl control) {
 
 // The state stays as it is, at rest, and so do the contacts of the last step.
 void Simulation::Parts::sleep_until(double target, int nominal_steps) {
+  if (wrenches) wrenches->sleep(target - state.time, input.particles.mass, state.x, state.v);
   std::fill(state.v.begin(), state.v.end(), Vec3::Zero());
   state.acceleration = 0.0;
   last_motion = {};
@@ -286,8 +292,9 @@ bool Simulation::Parts::gains_energy() {
     for (const ContactImpulse& c : impulses) work += c.work_normal + c.work_friction;
     balance.stored(std::max(0.0, work));
   }
-  if (balance.gain() > balance.bound() && methods.traits.follows_energy) {
-    balance.stored(temper(input, balance.gain(), v_end, outcome));
+  // Between bodies and cloth it would cost momentum; there the next attempt is by the other method.
+  if (balance.gain() > balance.bound() && methods.traits.follows_energy && built.solids.empty()) {
+    balance.stored(temper(input, balance.gain(), v_end, methods.notes_stages, outcome));
     ++result.counters["tempered_steps"];
   }
   return balance.gain() > balance.bound();
@@ -396,19 +403,26 @@ void Simulation::Parts::accept() {
   carry_proof();
   std::vector<double>& mass = input.particles.mass;
   ledger.accept(outcome);
+  if (wrenches) wrenches->begin_step(methods, input, outcome);
   methods.response->accept(outcome.x_t1());
   count_substitutes();
   balance.accept();
   detail::end_velocities(methods.traits, input, outcome, state.v);
   std::copy_n(outcome.x_t1().begin(), n(), state.x.begin());
   note_motion();
+  if (wrenches) wrenches->set_velocities(state.v);
   methods.strain.finish(detail::limit_step(input), mass, state.x, state.v);
+  if (wrenches) wrenches->finish_strain(state.v);
   finish_velocities(state.v);
+  if (wrenches) {
+    wrenches->finish_response(state.v);
+    wrenches->end_step();
+  }
   state.acceleration = joined.acceleration(input.particles.v, state.v, input.h);
   // Cloth that slept until now has to be still for long again before it sleeps.
   state.still = sleep.still_after(sleep.is_due(state) ? 0.0 : state.still, state.v, input.h);
   note_bodies(outcome.x_t1());
-  if (water) water->advance(state.time, input.h, state, mass);
+  if (water) wet(mass);
   state.pinches = outcome.near.pinches;
   state.time = input.t1;
   state.refined = false;
@@ -420,6 +434,14 @@ void Simulation::Parts::accept() {
   attempts.accepted = true;
   attempts.given_up = false;
   if (methods.untangling()) continue_untangling();
+}
+
+// Water spreads and drops onto the cloth.
+void Simulation::Parts::wet(std::vector<double>& mass) {
+  std::vector<double> before;
+  if (wrenches) before = mass;
+  water->advance(state.time, input.h, state, mass);
+  if (wrenches) wrenches->change_mass(before, mass, state.x, state.v);
 }
 
 // Methods that acted in place of those that the scene names.

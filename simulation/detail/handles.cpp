@@ -33,9 +33,11 @@ void refuse_bad_handles(const Scene& scene, const BuiltScene& built) {
   }
 }
 
-void visit_held(const Scene& scene, const BuiltScene& built, double t0, double t1,
-                FunctionRef<void(std::int32_t particle, const Vec3& end)> visit) {
-  for (const HandleSpec& handle : scene.handles) {
+void visit_held(
+    const Scene& scene, const BuiltScene& built, double t0, double t1,
+    FunctionRef<void(std::int32_t particle, const Vec3& end, std::int32_t handle)> visit) {
+  for (std::int32_t h = 0; const HandleSpec& handle : scene.handles) {
+    const std::int32_t number = h++;
     if (handle.release && t0 >= *handle.release) continue;
     const std::int32_t first = built.piece_begin[piece_of(scene, handle)];
     const std::vector<Vec3>& start = built.cloth.surface.vertices;
@@ -49,7 +51,7 @@ void visit_held(const Scene& scene, const BuiltScene& built, double t0, double t
       const Vec3 end = handle.motion.empty()
                            ? start[i]
                            : Vec3(pivot + pose.translation + pose.rotation * (start[i] - pivot));
-      visit(i, end);
+      visit(i, end, number);
     }
   }
 }

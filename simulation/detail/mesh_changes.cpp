@@ -85,8 +85,10 @@ std::shared_ptr<Simulation::Parts> Simulation::MeshChanges::parts_at(const detai
 bool Simulation::change_mesh() {
   if (!changes_ || parts_->state.refined || !is_at_frame()) return false;
   parts_->state.refined = true;
+  const bool measures = measures_wrenches();
   const bool first = changes_->make(changes_->splits_or_merges(*this), parts_);
   const bool second = changes_->make(changes_->joins(*this), parts_);
+  parts_->measure_wrenches(measures);
   return first || second;
 }
 

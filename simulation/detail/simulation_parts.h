@@ -13,6 +13,7 @@
 #include <selvedge/simulation/detail/strain_guard.h>
 #include <selvedge/simulation/detail/turning_bodies.h>
 #include <selvedge/simulation/detail/water.h>
+#include <selvedge/simulation/detail/wrench_account.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>
@@ -65,6 +66,7 @@ struct Simulation::Parts {
   detail::EnergyBalance balance;
   detail::StrainGuard strain_guard;
   std::optional<detail::Water> water;
+  std::optional<detail::WrenchAccount> wrenches;  // none: not asked for
   bool uncrossed = false;  // the state, with the bodies at body_x, is proved to have no crossing
   RunResult result;        // with the present mesh
   RunResult before;        // of the parts of the run before a change of the mesh or a resume
@@ -106,6 +108,8 @@ struct Simulation::Parts {
   void name_cause();
   [[noreturn]] void give_up();
   void accept();
+  void wet(std::vector<double>& mass);
+  void measure_wrenches(bool on);
   void count_substitutes();
 
   // -- rest.cpp -----------------------------------------------------------------------------------

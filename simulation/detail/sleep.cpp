@@ -45,7 +45,7 @@ bool Sleep::handle_acts(const SimulationState& state, double t1) const {
     if (handle.release && *handle.release <= state.time && *handle.release > state.time - recent)
       return true;
   bool moves = false;
-  visit_held(scene_, built_, state.time, t1, [&](std::int32_t i, const Vec3& end) {
+  visit_held(scene_, built_, state.time, t1, [&](std::int32_t i, const Vec3& end, std::int32_t) {
     if ((end - state.x[i]).norm() > kRounding * end.norm()) moves = true;
   });
   return moves;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // How a simulation starts: its methods, its first state, and the starts that it refuses.
+#include <fmt/format.h>
 #include <selvedge/core/base/internal/floating_point.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/handles.h>
@@ -27,9 +28,10 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene
                                             const Methods& methods,
                                             const detail::ProgramInput& program) {
   const auto make = [&](std::vector<std::unique_ptr<Force>> forces, std::size_t particles) {
-    return make_method(methods.integrators, scene.solver.integrator, "solver.integrator",
-                       scene.solver.integrator_options, std::move(forces), particles,
-                       {.tolerance = scene.solver.tolerance});
+    return make_method(
+        methods.integrators, scene.solver.integrator, "solver.integrator",
+        scene.solver.integrator_options, std::move(forces), particles,
+        {.tolerance = scene.solver.tolerance, .exact_momentum = !built.solids.empty()});
   };
   const Followers followers(built.cloth), layers = Followers::of_layers(built.cloth);
   if (!followers.empty())
@@ -92,6 +94,11 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
       threads(detail::useful_threads(scene, built)),
       balance(scene, built, methods.response->traits()) {
   detail::refuse_bad_handles(scene, built);
+  if (!built.solids.empty() && !(methods.traits.is_implicit && methods.traits.any_step))
+    throw std::invalid_argument(fmt::format(
+        "solver.integrator: \"{}\" cannot move bodies with \"mass\"; take implicit_blend or "
+        "implicit_euler",
+        scene.solver.integrator));
   if (!methods.traits.is_implicit)
     detail::refuse_unfit_response(scene, m.responses, *methods.response, built.cloth.mass);
   state.x = built.cloth.surface.vertices;

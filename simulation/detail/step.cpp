@@ -2,6 +2,7 @@
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/simulation/detail/step.h>
 #include <selvedge/simulation/detail/step_ledger.h>
+#include <selvedge/simulation/detail/wrench_account.h>
 
 #include <algorithm>
 #include <cmath>
@@ -150,6 +151,28 @@ bool keep(const StepInput& in, std::span<Vec3> ends) {
   return in.followers != nullptr;
 }
 
+// Notes what the stage `name` gives to the free particles while this object lives.
+class StageNote {
+ public:
+  StageNote(const StepMethods& m, const StepInput& in, const char* name, StepEnds& ends)
+      : in_(in), name_(name), ends_(ends) {
+    if (m.notes_stages) before_.assign(ends.x_t1.begin(), ends.x_t1.begin() + count());
+  }
+  StageNote(const StageNote&) = delete;
+  StageNote& operator=(const StageNote&) = delete;
+  ~StageNote() {
+    if (!before_.empty()) ends_.given[name_] += given(in_, before_, ends_.x_t1, in_.h);
+  }
+
+ private:
+  std::ptrdiff_t count() const { return static_cast<std::ptrdiff_t>(in_.n()); }
+
+  const StepInput& in_;
+  const char* name_;
+  StepEnds& ends_;
+  std::vector<Vec3> before_;  // empty: not asked for
+};
+
 // The ends that the velocities and the response give. The bodies and held particles of `x_t1` are
 // at their ends.
 StepEnds correct_ends(StepMethods& m, const StepInput& in, const SolvedVelocities& v,
@@ -160,6 +183,7 @@ StepEnds correct_ends(StepMethods& m, const StepInput& in, const SolvedVelocitie
   const auto own = particles(in, ends.x_t1);
   if (!m.traits.ends_with_mean) ends.x_free.assign(own.begin(), own.end());
   const auto scope = m.clock.measure("response");
+  const StageNote note(m, in, "response", ends);
   m.response->correct(ends.x_t1);
   in.keep_followers(own);
   return ends;
@@ -167,6 +191,7 @@ StepEnds correct_ends(StepMethods& m, const StepInput& in, const SolvedVelocitie
 
 StepCounts limit_strain(StepMethods& m, const StepInput& in, StepEnds& ends) {
   if (!m.strain.acts()) return {};
+  const StageNote note(m, in, "strain_limit", ends);
   return {.strain_sweeps = m.strain.limit(
               limit_step(in), particles(in, ends.x_t1),
               [&](std::span<Vec3> own) { return keep(in, own); }, m.clock)};
@@ -174,6 +199,7 @@ StepCounts limit_strain(StepMethods& m, const StepInput& in, StepEnds& ends) {
 
 StepCounts limit_strain_beside(StepMethods& m, const StepInput& in,
                                std::span<const ContactPoint> parted, StepEnds& ends) {
+  const StageNote note(m, in, "strain_limit", ends);
   return {.strain_sweeps = m.strain.limit_beside(
               limit_step(in), {parted, in.inv_mass}, ends.x_t1,
               [&](std::span<Vec3> own) { return keep(in, own); }, m.clock)};
@@ -193,7 +219,7 @@ void finish_ends(StepMethods& m, const StepInput& in, Solution& s) {
   trace_stage(m, "contacts", s.ends, s.v);
   if ((s.rejection = not_finite(in, s.ends.x_t1))) return;
   s.ends.response =
-      exchanged_by_response(response_step(m, in), *m.response, s.v, particles(in, s.ends.x_t1));
+      exchanged_by_response(ledger_step(m, in), *m.response, s.v, particles(in, s.ends.x_t1));
   s.counts += limit_strain(m, in, s.ends);
   if (m.strain.acts()) trace_stage(m, "strain limit", s.ends, s.v);
   s.counts += collide(m, in, s.ends);
@@ -285,6 +311,7 @@ void part_collisions(StepMethods& m, const StepInput& in, const SolvedVelocities
     parted.insert(parted.end(), ends.collisions.begin(), ends.collisions.end());
     {
       const auto scope = m.clock.measure("repair");
+      const StageNote note(m, in, "fail_safe", ends);
       resolved = m.fail_safe->resolve(ends.collisions, ends.x_t1);
       in.keep_followers(own);
     }
@@ -295,7 +322,7 @@ void part_collisions(StepMethods& m, const StepInput& in, const SolvedVelocities
     }
     p.counts += collide(m, in, ends);
   }
-  p.fail_safe.add(exchanged_by_ends(step, before, own));
+  p.fail_safe.add(exchanged_by_ends(ledger_step(m, in), before, own));
 }
 
 // Whether the attempt will be repeated with a shorter step, so that more rounds are in vain.

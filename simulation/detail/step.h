@@ -16,6 +16,7 @@
 #include <selvedge/simulation/internal/explain_step.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
 
 #include <limits>
 #include <map>
@@ -49,6 +50,7 @@ struct StepMethods {
   StepValidator validator;  ///< used in validation builds
   PhaseClock& clock;
   const StepTrace* trace = nullptr;
+  bool notes_stages = false;  ///< fills StepEnds::given
 
   bool untangling() const { return untangler && untangler->active(); }
 };
@@ -61,7 +63,9 @@ struct StepInput {
   Particles particles;                 ///< at t0
   std::vector<Vec3> x_t0;              ///< m, joint
   std::vector<double> inv_mass;        ///< 1/kg, joint; 0 for held particles and body vertices
-  std::vector<Vec3> body_step;         ///< m, displacement of the body vertices
+  /// kg, of the particles as contacts feel them, if some are vertices of rigid bodies; else empty
+  std::vector<double> contact_mass;
+  std::vector<Vec3> body_step;  ///< m, displacement of the body vertices
   /// m/s, of particles under their weight and the forces of the program alone
   std::vector<Vec3> v_coasting;
   bool bodies_move = false;
@@ -127,6 +131,9 @@ struct StepEnds {
   std::vector<Vec3> x_free{};              ///< m, without both; empty: those of the mean velocities
   std::optional<Ledger> response{};        ///< what the response exchanged
   std::vector<ContactPoint> collisions{};  ///< on these paths, earliest first
+  /// By name, the impulses that stages after the solve gave to the free particles, N·s and N·m·s;
+  /// empty unless they are asked for.
+  std::map<std::string, Wrench> given{};
 };
 
 /// Why an attempt has to be repeated with a shorter step.
@@ -190,6 +197,8 @@ void end_velocities(const IntegratorTraits& traits, const StepInput& input,
 
 /// The step as responses and limiters see it; views of `input`.
 ResponseStep response_step(const StepMethods& methods, const StepInput& input);
+/// The same with the true masses, for ledgers.
+ResponseStep ledger_step(const StepMethods& methods, const StepInput& input);
 LimitStep limit_step(const StepInput& input);
 
 }  // namespace selvedge::detail

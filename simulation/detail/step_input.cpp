@@ -46,7 +46,7 @@ void hold_particles(const Scene& scene, const BuiltScene& built, const Simulatio
   Particles& particles = in.particles;
   for (std::size_t i = 0; i < in.n(); ++i) particles.inv_mass[i] = 1.0 / particles.mass[i];
   in.v_coasting = state.v;
-  visit_held(scene, built, in.t0, in.t1, [&](std::int32_t i, const Vec3& end) {
+  visit_held(scene, built, in.t0, in.t1, [&](std::int32_t i, const Vec3& end, std::int32_t) {
     particles.inv_mass[i] = 0.0;
     in.v_coasting[i] = (end - state.x[i]) / in.h;
     x_t1[i] = end;
@@ -58,6 +58,11 @@ void hold_particles(const Scene& scene, const BuiltScene& built, const Simulatio
     in.v_coasting[i] = (x_t1[i] - state.x[i]) / in.h;
   }
   if (in.followers != nullptr) hold_followers(in, x_t1);
+  if (in.followers != nullptr && in.followers->has_rigid()) {
+    in.contact_mass = particles.mass;
+    in.followers->set_inertia(particles.mass, in.contact_mass);
+    in.followers->set_mobility(particles.mass, particles.inv_mass);
+  }
   std::copy(particles.inv_mass.begin(), particles.inv_mass.end(), in.inv_mass.begin());
 }
 
@@ -107,7 +112,7 @@ void end_velocities(const IntegratorTraits& traits, const StepInput& in, const S
 
 ResponseStep response_step(const StepMethods& m, const StepInput& in) {
   return {{in.x_t0, in.inv_mass, in.n(), in.h, in.followers},
-          in.particles.mass,
+          in.contact_mass.empty() ? in.particles.mass : in.contact_mass,
           in.body_step,
           in.particles.v,
           in.v_coasting,
@@ -115,6 +120,12 @@ ResponseStep response_step(const StepMethods& m, const StepInput& in) {
           {},
           std::min(in.h, in.nominal_h),
           in.settles};
+}
+
+ResponseStep ledger_step(const StepMethods& m, const StepInput& in) {
+  ResponseStep step = response_step(m, in);
+  step.mass = in.particles.mass;
+  return step;
 }
 
 LimitStep limit_step(const StepInput& in) {

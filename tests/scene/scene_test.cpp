@@ -170,7 +170,16 @@ TEST_F(EverythingFile, EveryNumberGoesToItsField) {
 
 TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
   const Scene s = read_everything();
-  ASSERT_EQ(s.cloths.size(), 16u);
+  ASSERT_EQ(s.cloths.size(), 17u);
+  const SolidSpec* heavy = solid_of(s.cloths[16]);
+  ASSERT_NE(heavy, nullptr);
+  EXPECT_EQ(s.cloths[16].name, "heavy");
+  EXPECT_EQ(s.cloths[16].placement.translation, Vec3(0, 0, 90));
+  EXPECT_EQ(heavy->mass, 4.0);
+  EXPECT_EQ(heavy->slide, Vec3(0, 1, 0));
+  EXPECT_EQ(heavy->force, Vec3(5, 6, 7));
+  EXPECT_EQ(heavy->friction, 0.6);
+  EXPECT_EQ(solid_of(s.cloths[0]), nullptr);
   const ClothSpec &grid = s.cloths[0], &file = s.cloths[1];
   EXPECT_EQ(grid.name, "grid");
   EXPECT_EQ(std::get<ClothGrid>(grid.shape).pattern, "triangular");
@@ -220,7 +229,6 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
                                     {"step", 2.0},
                                     {"warp_tex", 21.0},
                                     {"weft_tex", 22.0},
-                                    {"yarn_density", 23.0},
                                     {"modulus", 24.0},
                                     {"bending_share", 0.25},
                                     {"crimp_share", 0.26},
@@ -228,7 +236,6 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
                                     {"rotation", 28.0},
                                     {"links", 6.0}}));
   EXPECT_EQ(net(14), (MethodOptions{{"tex", 31.0},
-                                    {"yarn_density", 320.0},
                                     {"modulus", 33.0},
                                     {"bending_share", 0.35},
                                     {"contact", 36.0},

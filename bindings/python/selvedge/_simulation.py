@@ -395,6 +395,32 @@ class Simulation:
         """
         return self._core.contacts()
 
+    def measure_wrenches(self, on: bool = True) -> None:
+        """Whether steps from now on measure what bodies, handles and held vertices feel."""
+        self._core.measure_wrenches(bool(on))
+
+    def wrenches(self, mean: bool = False, about: ArrayLike = (0.0, 0.0, 0.0)) -> dict[str, Any]:
+        """Forces and torques of the last step, after measure_wrenches().
+
+        Args:
+            mean: of all steps since the last frame was reached instead of the last step alone.
+            about: (3,) metres, the point to which torques belong.
+
+        Returns:
+            dict with "h", seconds; "bodies", "handles" and "solids" (bodies with "mass"): each a pair
+            (force, torque) of arrays (k, 3) in newtons and newton metres that the cloth exerts, in
+            the order of the scene; "held" (m,) and
+            "held_force" (m, 3): each vertex that handles or hold() keep, and the force on what keeps
+            it; "others": by cause, (force, torque) on the cloth; "change": (force, torque), the change
+            of its momentum per second. change = sum of others - bodies - held_force; "force_error"
+            and "torque_error" say how nearly, as shares.
+
+        Raises:
+            RuntimeError: if wrenches are not measured.
+        """
+        point = [float(c) for c in np.asarray(about, dtype=np.float64).reshape(3)]
+        return self._core.wrenches(bool(mean), point)
+
     def contact_pressure(self) -> NDArray[np.float64]:
         """(n,) pascals: normal contact force of the last step per area of each cloth vertex.
 

@@ -270,6 +270,26 @@ def test_contact_pressure_carries_the_weight_of_cloth_on_a_table():
     assert pressure.mean() == pytest.approx(weight, rel=0.3)
 
 
+def test_a_table_feels_the_weight_of_cloth():
+    scene = ball_scene(cells=6)
+    scene["obstacles"] = [
+        {"name": "table", "shape": {"type": "box", "size": [1, 1, 0.1]}}
+    ]
+    scene["geometry"][0]["transformation"]["translation"] = [0.01, 0.02, 0.0522]
+    simulation = selvedge.Simulation(scene)
+    with pytest.raises(RuntimeError, match="not measured"):
+        simulation.wrenches()
+    simulation.measure_wrenches()
+    simulation.advance_to_frame(60)
+    weight = 9.81 * simulation.mass.sum()
+    felt = simulation.wrenches(mean=True, about=(0.01, 0.02, 0.05))
+    force, torque = felt["bodies"]
+    np.testing.assert_allclose(force, [[0, 0, -weight]], atol=0.01 * weight)
+    np.testing.assert_allclose(torque, 0.0, atol=0.01 * weight)
+    np.testing.assert_allclose(felt["others"]["loads"][0], [0, 0, -weight], atol=1e-9)
+    assert felt["force_error"] < 1e-9
+
+
 def test_forces_are_those_of_newton():
     scene = ball_scene()
     scene["obstacles"] = []

@@ -22,6 +22,7 @@ class ImplicitBlend : public Integrator {
   void begin(const StepStart& start, StepEnd end) override;
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
   std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override;
+  bool force_impulses(std::span<const Vec3> mean, ForceImpulses& out) override;
 
  protected:
   void remember(const ForceState& end) override;
@@ -38,6 +39,7 @@ class ImplicitBlend : public Integrator {
   bool turns_back(const Particles& p) const;
   void begin_euler(const StepStart& start);
   void begin_blend(const StepStart& start, std::span<const Vec3> mean);
+  void find_rigid(const Particles& p);
   void stop_met(std::span<const ImplicitTerm> terms);
   void remember_motion(const ForceState& end);
   void remember_method();
@@ -48,6 +50,7 @@ class ImplicitBlend : public Integrator {
   std::vector<Vec3> kept_;       // N·s
   Particles heavy_;              // the particles with masses M/α
   std::vector<std::int32_t> met_;
+  std::vector<char> rigid_;  // 1: of a rigid body; empty: there are none
   const Particles* start_ = nullptr;
   double h_ = 0.0;  // s, of the present step
   // The mean velocities of the last step and of the one before, relative to the velocity at the

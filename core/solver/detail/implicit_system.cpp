@@ -173,7 +173,7 @@ void ImplicitSystem::assemble(const SystemAt& system) {
                   a_.values().begin() + row[i]);
   }
   add_forces(system.at, system.h);
-  x_ = system.at.x;
+  assembled_ = system;
   set_changed_matrix();
 }
 
@@ -196,7 +196,7 @@ void ImplicitSystem::set_mass(std::span<const std::int32_t> particles, std::span
 
 /// Call when A has changed.
 void ImplicitSystem::set_changed_matrix() {
-  multilevel_.set_matrix(a_, free_, x_);
+  multilevel_.set_matrix(a_, free_, assembled_.at.x);
   scaled_in_ = Norm::none;
   begin_.v.clear();
   end_.v.clear();
@@ -237,7 +237,10 @@ SolveReport ImplicitSystem::solve(std::span<const ImplicitTerm> terms, std::span
   bytes_ = 0;
   SolveReport report = refine(v, tolerance);
   report.bytes = bytes_;
-  if (report.converged) return report;
+  if (report.converged) {
+    if (config_.exact_momentum) keep_momentum(v);
+    return report;
+  }
   if (std::isnan(report.residual)) {
     mark_non_finite(v);
     return report;
@@ -246,6 +249,7 @@ SolveReport ImplicitSystem::solve(std::span<const ImplicitTerm> terms, std::span
   // suffices. If not, block Jacobi continues where it stopped.
   const int before = report.iterations;
   report = iterate(v, tolerance);
+  if (config_.exact_momentum) keep_momentum(v);
   report.iterations += before;
   report.bytes = bytes_;
   return report;

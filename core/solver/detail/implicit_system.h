@@ -65,6 +65,10 @@ class ImplicitSystem {
   /// The scale for residual_norm: the same norm of the impulse of external forces, or of the
   /// rounding error of all forces if that is larger.
   double residual_scale() const;
+  /// The impulses of the forces of the system assembled last at these velocities, contacts left
+  /// out. `from`: the velocities to which add_jacobian_times has shifted its linearisation; zero if
+  /// it has not. Both share and gain of the system must be those of `assemble`.
+  void force_impulses(std::span<const Vec3> v, std::span<const Vec3> from, ForceImpulses& out);
   /// As Integrator::solve, to this tolerance.
   SolveReport solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v, double tolerance);
 
@@ -95,6 +99,8 @@ class ImplicitSystem {
   enum class Norm { none, multilevel, block_jacobi };
 
   SolveReport refine(std::span<Vec3> v, double tolerance);
+  std::vector<std::int32_t> closed_groups();
+  void keep_momentum(std::span<Vec3> v);
   void start(std::span<Vec3> v);
   double squared_above(double least, std::span<const Vec3> x, double share);
   void load(std::span<const Vec3> x, LaneResidual& out);
@@ -119,7 +125,7 @@ class ImplicitSystem {
   std::span<const std::unique_ptr<Force>> forces_;
   ImplicitConfig config_;
   BlockMatrix a_;
-  std::span<const Vec3> x_;                   // m, at which a_ was assembled
+  SystemAt assembled_{};                      // the system of a_
   std::vector<const JacobianRows*> by_rows_;  // scratch of set_matrix
   std::vector<Mat3> other_values_;  // of the pieces that are not plain, while a_ is assembled
   PieceMomentum pieces_;

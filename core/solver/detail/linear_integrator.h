@@ -22,6 +22,10 @@ class LinearIntegrator : public Integrator {
   std::span<const Vec3> unbalanced(std::span<const Vec3> mean) final {
     return system_.unbalanced(mean);
   }
+  bool force_impulses(std::span<const Vec3> mean, ForceImpulses& out) final {
+    system_.force_impulses(mean, system_.zeros(), out);
+    return true;
+  }
 
  private:
   /// The system of the step; `zeros` are velocities.

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+// Rigid bodies that cloth moves: between jaws with a force, free, and against each other.
+#include <gtest/gtest.h>
+#include <selvedge/core/base/parallel.h>
+#include <selvedge/scene/build.h>
+#include <selvedge/simulation/run_result.h>
+#include <selvedge/simulation/simulation.h>
+#include <selvedge/simulation/simulation_state.h>
+#include <selvedge/simulation/step_report.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace selvedge::solid_test {
+namespace {
+
+ClothSpec solid(const std::string& name, const AnalyticShape& shape, const SolidSpec& spec,
+                const Vec3& at, int resolution = 12) {
+  ClothSpec piece;
+  piece.name = name;
+  piece.shape = ClothFile{.mesh = tessellate(shape, resolution), .solid = spec};
+  piece.placement.translation = at;
+  return piece;
+}
+
+Scene empty_scene() {
+  Scene scene;
+  scene.materials["default"] = {
+      .density = 0.2, .stretch_stiffness = 2000.0, .bending_stiffness = 2e-5};
+  scene.gravity.setZero();
+  scene.time.frames = 60;
+  return scene;
+}
+
+ClothSpec sheet(double size, int cells, const Vec3& at) {
+  ClothSpec cloth;
+  cloth.name = "sheet";
+  cloth.shape =
+      ClothGrid{.grid = {.size_x = size, .size_y = size, .cells_x = cells, .cells_y = cells}};
+  cloth.placement.translation = at;
+  return cloth;
+}
+
+struct Sum {
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+  double size = 0.0, kinetic = 0.0;
+};
+
+Sum sum_of(const Simulation& s) {
+  Sum sum;
+  for (std::size_t i = 0; i < s.mass().size(); ++i) {
+    const Vec3 p = s.mass()[i] * s.velocities()[i];
+    sum.linear += p;
+    sum.angular += s.positions()[i].cross(p);
+    sum.size += p.norm();
+    sum.kinetic += 0.5 * p.dot(s.velocities()[i]);
+  }
+  return sum;
+}
+
+Vec3 centre(const Simulation& s, std::size_t number) {
+  const BuiltSolid& solid = s.built().solids[number];
+  Vec3 x = Vec3::Zero();
+  for (int k = 0; k < solid.leaders; ++k) x += s.positions()[solid.leader + k] / solid.leaders;
+  return x;
+}
+
+Vec3 speed(const Simulation& s, std::size_t number) {
+  const BuiltSolid& solid = s.built().solids[number];
+  Vec3 v = Vec3::Zero();
+  for (int k = 0; k < solid.leaders; ++k) v += s.velocities()[solid.leader + k] / solid.leaders;
+  return v;
+}
+
+TEST(Solids, HaveTheMassTheCentreAndTheMomentsOfInertiaOfTheirShape) {
+  Scene scene = empty_scene();
+  const Vec3 size(0.3, 0.2, 0.1), at(0.4, -0.2, 0.7);
+  scene.cloths.push_back(solid("box", Box{.size = size}, {.mass = 2.0}, at));
+  const BuiltScene built = build_scene(scene);
+  ASSERT_EQ(built.solids.size(), 1u);
+  // Gravity and momentum of the vertices, which follow, are in the leaders, too.
+  double mass = 0.0;
+  Vec3 first = Vec3::Zero();
+  for (std::size_t i = 0; i < built.cloth.mass.size(); ++i) {
+    mass += built.cloth.mass[i];
+    first += built.cloth.mass[i] * built.cloth.surface.vertices[i];
+  }
+  EXPECT_NEAR(mass, 2.0, 1e-14);
+  EXPECT_LT((first / mass - at).norm(), 1e-14);
+  Mat3 second = Mat3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    const Vec3 r = built.cloth.surface.vertices[built.solids[0].leader + k] - at;
+    second += 0.5 * r * r.transpose();
+  }
+  const Vec3 wanted = 2.0 / 12.0 * size.cwiseProduct(size);
+  EXPECT_LT((second - Mat3(wanted.asDiagonal())).norm(), 1e-12);
+}
+
+TEST(Solids, OpenSurfacesAndExplicitIntegratorsAreRefused) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(solid("plane", Plane{}, {.mass = 1.0}, Vec3::Zero()));
+  EXPECT_THROW(build_scene(scene), std::invalid_argument);
+  scene = empty_scene();
+  scene.cloths.push_back(solid("ball", Sphere{}, {.mass = 1.0}, Vec3::Zero()));
+  scene.solver.integrator = "verlet";
+  EXPECT_THROW(Simulation{scene}, std::invalid_argument);
+}
+
+TEST(Solids, FallAsPointsDo) {
+  Scene scene = empty_scene();
+  scene.gravity = Vec3(0.0, 0.0, -9.81);
+  scene.solver.integrator = "implicit_euler";
+  scene.cloths.push_back(solid("ball", Sphere{.radius = 0.1}, {.mass = 1.0}, Vec3(0, 0, 5)));
+  Simulation simulation(scene);
+  simulation.advance_to_frame(60);
+  const double h = 1.0 / 120.0, n = 120.0;
+  EXPECT_NEAR(centre(simulation, 0).z(), 5.0 - 9.81 * h * h * n * (n + 1.0) / 2.0, 1e-7);
+  EXPECT_LT(centre(simulation, 0).head<2>().norm(), 1e-9);
+}
+
+TEST(Solids, SpinWithTheirAngularMomentum) {
+  Scene scene = empty_scene();
+  scene.time.step_error = 0.0;
+  scene.cloths.push_back(
+      solid("box", Box{.size = Vec3(0.3, 0.2, 0.1)}, {.mass = 2.0}, Vec3::Zero()));
+  BuiltScene built = build_scene(scene);
+  const Vec3 spin(0.0, 0.0, 3.0);
+  for (std::size_t i = 0; i < built.velocity.size(); ++i)
+    built.velocity[i] = spin.cross(built.cloth.surface.vertices[i]);
+  Simulation simulation(scene, std::move(built));
+  const Sum before = sum_of(simulation);
+  simulation.advance_to_frame(60);
+  const Sum after = sum_of(simulation);
+  EXPECT_LT((after.angular - before.angular).norm(), 0.05 * before.angular.norm());
+  EXPECT_LE(after.kinetic, before.kinetic * (1.0 + 1e-9));
+  // Rigid: the distances of the vertices are those of the start.
+  const auto& x = simulation.positions();
+  const auto& start = simulation.built().cloth.surface.vertices;
+  for (std::size_t i = 1; i < x.size(); ++i)
+    EXPECT_NEAR((x[i] - x[0]).norm(), (start[i] - start[0]).norm(), 2e-3 * 0.3);
+}
+
+/// A ball that meets a sheet which nothing holds.
+Scene meeting(double ball_mass) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(sheet(0.4, 12, Vec3::Zero()));
+  scene.cloths.push_back(solid("ball", Sphere{.radius = 0.05}, {.mass = ball_mass, .friction = 0.4},
+                               Vec3(0.012, 0.007, 0.06)));
+  scene.cloths[1].velocity = Vec3(0.3, 0.1, -1.0);
+  return scene;
+}
+
+// The sheet weighs 32 g.
+TEST(Solids, AClosedSystemKeepsItsMomentumFromMassRatioOneToAThousandToTheInverse) {
+  for (const double ratio : {1e-3, 1e-1, 1.0, 1e1, 1e3}) {
+    SCOPED_TRACE(ratio);
+    Simulation simulation(meeting(0.032 * ratio));
+    simulation.measure_wrenches(true);
+    const Sum start = sum_of(simulation);
+    double touched = 0.0, most = start.kinetic;
+    double size = start.size;
+    while (!simulation.reached(30)) {
+      simulation.step();
+      const Sum now = sum_of(simulation);
+      size = std::max(size, now.size);
+      EXPECT_LT((now.linear - start.linear).norm(), 1e-9 * size);
+      EXPECT_LT((simulation.wrenches().change.force * simulation.wrenches().h).norm(), 1e-9 * size);
+      touched = std::max(touched, simulation.wrenches().solids[0].force.norm());
+      EXPECT_LE(now.kinetic, most * (1.0 + 1e-6)) << simulation.time();
+      most = std::min(most, std::max(now.kinetic, 0.0) + 0.05 * start.kinetic);
+    }
+    simulation.verify_frame();
+    EXPECT_GT(touched, 0.0);
+    EXPECT_TRUE(simulation.result().clean);
+  }
+}
+
+TEST(Solids, HaveTheSameBitsForAnyNumberOfThreads) {
+  std::string hash[2];
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    Simulation simulation(meeting(0.05));
+    simulation.advance_to_frame(10);
+    hash[threads - 1] = state_hash(simulation.state());
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+}
+
+TEST(Solids, AStackOfTwoRestsOnTheFloorWithItsWeight) {
+  Scene scene = empty_scene();
+  scene.gravity = Vec3(0.0, 0.0, -9.81);
+  scene.cloths.push_back(solid("lower", Box{.size = Vec3(0.2, 0.2, 0.1)},
+                               {.mass = 1.0, .friction = 0.5}, Vec3(0, 0, 0.053)));
+  scene.cloths.push_back(solid("upper", Box{.size = Vec3(0.1, 0.1, 0.1)},
+                               {.mass = 0.5, .friction = 0.5}, Vec3(0.01, 0.005, 0.156)));
+  BodySpec& floor = scene.bodies.emplace_back();
+  floor.name = "floor";
+  floor.shape = BodyShape{Box{.size = Vec3(1, 1, 0.1)}};
+  floor.placement.translation = Vec3(0, 0, -0.05);
+  Simulation simulation(scene);
+  simulation.advance_to_frame(59);
+  simulation.measure_wrenches(true);
+  simulation.advance_to_frame(60);
+  EXPECT_NEAR(simulation.frame_wrenches().bodies[0].force.z(), -1.5 * 9.81, 0.01 * 1.5 * 9.81);
+  EXPECT_NEAR(centre(simulation, 1).z(), 0.154, 1e-3);
+  EXPECT_LT(speed(simulation, 1).norm(), 1e-3);
+  EXPECT_TRUE(simulation.result().clean);
+}
+
+// -- jaws
+// -------------------------------------------------------------------------------------------
+
+constexpr double kForce = 5.0, kFriction = 0.7;  // N, 1
+
+/// A strip between two jaws that slide across it, each with a force of its own.
+Scene jaws() {
+  Scene scene = empty_scene();
+  scene.materials["default"] = {
+      .density = 0.2, .stretch_stiffness = 20000.0, .bending_stiffness = 1e-4};
+  ClothSpec strip = sheet(0.04, 8, Vec3::Zero());
+  strip.name = "strip";
+  strip.shape = ClothGrid{.grid = {.size_x = 0.04, .size_y = 0.12, .cells_x = 8, .cells_y = 24}};
+  strip.placement.rotation = Eigen::AngleAxisd(std::numbers::pi / 2.0, Vec3::UnitX());
+  scene.cloths.push_back(strip);
+  for (const double side : {1.0, -1.0})
+    scene.cloths.push_back(solid(side > 0.0 ? "left" : "right", Box{.size = Vec3(0.06, 0.02, 0.03)},
+                                 {.mass = 0.1,
+                                  .slide = Vec3(0, 1, 0),
+                                  .force = Vec3(0, -side * kForce, 0),
+                                  .friction = kFriction},
+                                 Vec3(0, side * 0.0121, 0.04)));
+  scene.contact.pairs = {{.a = "left", .b = "right", .rest_gap = 0.0005}};
+  return scene;
+}
+
+TEST(Jaws, PressWithTheirForce) {
+  Simulation simulation(jaws());
+  simulation.measure_wrenches(true);
+  simulation.advance_to_frame(30);
+  const StepWrenches w = simulation.frame_wrenches();
+  EXPECT_NEAR(w.solids[0].force.y(), kForce, 0.01 * kForce);
+  EXPECT_NEAR(w.solids[1].force.y(), -kForce, 0.01 * kForce);
+  EXPECT_TRUE(simulation.result().clean);
+}
+
+}  // namespace
+}  // namespace selvedge::solid_test

@@ -8,6 +8,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <stdexcept>
 #include <utility>
 
 namespace selvedge {
@@ -19,7 +20,7 @@ constexpr const char* kHeader =
     "frame,time_s,on,about_x_m,about_y_m,about_z_m,force_x_N,force_y_N,force_z_N,torque_x_Nm,"
     "torque_y_Nm,torque_z_Nm\n";
 
-std::string quoted(const std::string& text) {
+std::string csv_quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
   return out + "\"";
@@ -31,16 +32,20 @@ class WrenchTable final : public FrameWriter {
 
   void write(const Frame& frame) override {
     if (frame.wrenches.empty()) return;
-    if (!std::exchange(started_, true)) text_ = rows_before(frame.number);
+    std::string rows;
     for (const NamedWrench& w : frame.wrenches)
-      text_ += fmt::format(
+      rows += fmt::format(
           "{},{:.17g},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},"
           "{:.17g},{:.17g}\n",
-          frame.number, frame.time, quoted(w.on), w.about.x(), w.about.y(), w.about.z(),
+          frame.number, frame.time, csv_quoted(w.on), w.about.x(), w.about.y(), w.about.z(),
           w.force.x(), w.force.y(), w.force.z(), w.torque.x(), w.torque.y(), w.torque.z());
-    AtomicFile file(file_);
-    file.write(text_);
-    file.commit();
+    if (!std::exchange(started_, true)) {
+      AtomicFile file(file_);
+      file.write(rows_before(frame.number) + rows);
+      file.commit();
+    } else if (!(std::ofstream(file_, std::ios::app) << rows << std::flush)) {
+      throw std::runtime_error("cannot write " + file_.string());
+    }
   }
 
  private:
@@ -55,7 +60,6 @@ class WrenchTable final : public FrameWriter {
   }
 
   fs::path file_;
-  std::string text_;
   bool started_ = false;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/cloth/block_matrix.h>
+#include <selvedge/core/cloth/force.h>
 #include <selvedge/tests/cantilever.h>
 
 #include <algorithm>

@@ -3,7 +3,6 @@
 // Forces in random states, and their Jacobians as dense matrices.
 #pragma once
 
-#include <selvedge/core/cloth/block_matrix.h>
 #include <selvedge/core/cloth/force.h>
 
 #include <Eigen/Core>

@@ -41,7 +41,7 @@ py::dict wrench_table(Session& session, bool mean, const Vec3& about) {
   out["bodies"] = wrench_arrays(found.bodies, about);
   out["solids"] = wrench_arrays(found.solids, about);
   out["handles"] = wrench_arrays(found.handles, about);
-  out["held"] = own<std::int32_t>(found.held);
+  out["held"] = own<std::int32_t>(std::vector<std::int32_t>(found.held));
   out["held_force"] = column<double>(found.held_force, [](const Vec3& f) { return f; });
   for (const auto& [name, w] : found.others)
     others[name.c_str()] = py::make_tuple(vector_of(w.force), vector_of(w.torque_about(about)));

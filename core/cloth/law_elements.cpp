@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/core/cloth/law_elements.h>
+#include <selvedge/core/cloth/cloth_mesh.h>
 
 namespace selvedge {
 

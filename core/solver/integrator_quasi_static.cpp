@@ -27,7 +27,7 @@ constexpr double kDied = 1e-3, kDiedFor = 0.1;
 
 // Growth of the scale, and its largest value. With 8, the slowest modes take more steps; from 32
 // on, the linear solves take longer than they save.
-constexpr double kGrowth = 1.5, kLargestScale = 32.0;
+constexpr double kScaleGrowth = 1.5, kLargestScale = 32.0;
 
 // A step that moves the cloth by more than this share of its extent is too long: root mean square.
 constexpr double kFar = 0.02;
@@ -169,7 +169,7 @@ void QuasiStatic::remember(const ForceState& end) {
   if (fading_ && tries_ > 0) {
     const bool shorter = tries_ > 1 || too_far_;
     scale_ = shorter ? std::max(1.0, std::ldexp(scale_, tries_ > 1 ? 1 - tries_ : -1))
-                     : std::min(kGrowth * scale_, kLargestScale);
+                     : std::min(kScaleGrowth * scale_, kLargestScale);
     ++steps_;
   }
   tries_ = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/cloth/block_matrix.h>
+#include <selvedge/core/cloth/force.h>
 #include <selvedge/core/solver/detail/implicit_terms.h>
 
 #include <span>

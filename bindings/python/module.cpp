@@ -15,5 +15,6 @@ PYBIND11_MODULE(_core, m) {
   selvedge::python::add_batch(m, methods);
   selvedge::python::add_results(m, methods);
   selvedge::python::add_pictures(m);
+  selvedge::python::add_dress(m, methods);
   selvedge::python::add_compare(m, methods);
 }

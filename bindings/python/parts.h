@@ -21,6 +21,7 @@ void add_simulation(pybind11::module_& m, const SharedMethods& methods);
 void add_batch(pybind11::module_& m, const SharedMethods& methods);
 void add_results(pybind11::module_& m, const SharedMethods& methods);
 void add_pictures(pybind11::module_& m);
+void add_dress(pybind11::module_& m, const SharedMethods& methods);
 void add_compare(pybind11::module_& m, const SharedMethods& methods);
 
 }  // namespace selvedge::python

@@ -14,6 +14,7 @@ Simulation:
     Scene(file_or_dict), Simulation(scene)    steps in memory: arrays in and out
     Batch(scenes)                             many scenes, stepped together on all cores
     run(scene, folder)                        a run with files, as `selvedge run`
+    dress(pattern, body, folder)              a garment on a body, as `selvedge dress`
 
 Results:
     check(mesh or folder)     the exact check, which shares no code with the simulation
@@ -54,6 +55,7 @@ from ._detection import (
     find_crossings,
     find_touches,
 )
+from ._dress import dress
 from ._results import check, compare, measure, render, render_result, run, write_png
 from ._simulation import Scene, Simulation, SimulationFailed, State, VertexFlags
 
@@ -73,6 +75,7 @@ __all__ = [
     "ccd",
     "check",
     "compare",
+    "dress",
     "find_candidates",
     "find_collisions",
     "find_contacts",

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 namespace selvedge::detail {
 namespace {
@@ -60,6 +61,7 @@ class Sewing {
     merge();
     take_state(*simulation_, garment_);
     add_run(*simulation_, "sew", result_);
+    return_to_best();
     if (garment_.largest_opening() > config_.sewing_edge_length) refuse_open_seam();
   }
 
@@ -198,9 +200,12 @@ class Sewing {
            opening <= config_.sewing_edge_length;
   }
 
-  /// The seams let go while stiff cloth becomes smooth. Then they pull from the start.
+  /// The seams let go while stiff cloth becomes smooth, also where they are closed beside an open
+  /// pair. Then they pull from the start.
   void release() {
     ++releases_;
+    if (!best_ || garment_.largest_opening() < best_->largest_opening()) best_ = garment_;
+    unpick(garment_, dressing_);
     longest_s_ += kReleaseLonger;
     is_released_ = true;
     reopen();
@@ -209,6 +214,13 @@ class Sewing {
     is_released_ = false;
     pull_ = config_.pull;
     reopen();
+  }
+
+  /// A release may leave more open than there was before it.
+  void return_to_best() {
+    if (!best_ || garment_.largest_opening() <= best_->largest_opening()) return;
+    garment_ = *best_;
+    if (dressing_.observer.restart) dressing_.observer.restart();
   }
 
   [[noreturn]] void refuse_open_seam() {
@@ -244,7 +256,8 @@ class Sewing {
   double longest_s_;               // s, at which the sewing ends
   double sewn_s_ = 0.0;            // s
   int releases_ = 0;
-  bool is_released_ = false;  // no seam pulls
+  bool is_released_ = false;     // no seam pulls
+  std::optional<Garment> best_;  // before a release
   std::unique_ptr<DressScene> scene_;
   std::unique_ptr<Simulation> simulation_;
   int frame_ = 0, frame_of_simulation_ = 0;

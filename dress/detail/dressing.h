@@ -153,6 +153,10 @@ std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
 std::size_t move_together(const Simulation& simulation, Garment& garment, const Dressing& dressing,
                           double share);
 
+/// Separates merged pairs around the open ones of each stitch, so that a fold of cloth between its
+/// sides can come out. Returns whether it did; otherwise the garment is unchanged.
+bool unpick(Garment& garment, const Dressing& dressing);
+
 /// Mean height of points by weight, m; without weights, each counts the same.
 double mean_height(std::span<const Vec3> x, std::span<const double> weight);
 

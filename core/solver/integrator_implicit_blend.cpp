@@ -233,6 +233,11 @@ void ImplicitBlend::begin_blend(const StepStart& start, std::span<const Vec3> me
   system_.add_jacobian_times(guess_);
 }
 
+bool ImplicitBlend::force_impulses(std::span<const Vec3> mean, ForceImpulses& out) {
+  system_.force_impulses(mean, blends_ ? std::span<const Vec3>(guess_) : system_.zeros(), out);
+  return true;
+}
+
 // The fastest modes of v pull at the contacts with forces that the step does not keep. Those of u⁻
 // do not: the forces are taken at u⁻, and what leads from v to u⁻ counts as an impulse.
 std::span<const Vec3> ImplicitBlend::unbalanced(std::span<const Vec3> mean) {

@@ -8,6 +8,7 @@
 #include <selvedge/simulation/contacts/detail/contact_filter.h>
 #include <selvedge/simulation/contacts/detail/detection.h>
 #include <selvedge/simulation/detail/validate_step.h>
+#include <selvedge/simulation/simulation_state.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -21,7 +21,8 @@ ClothSpec solid(const std::string& name, const AnalyticShape& shape, const Solid
                 const Vec3& at, int resolution = 12) {
   ClothSpec piece;
   piece.name = name;
-  piece.shape = ClothFile{.mesh = tessellate(shape, resolution), .solid = spec};
+  piece.shape = ClothFile{
+      .file = {}, .rest_file = {}, .mesh = tessellate(shape, resolution), .solid = spec};
   piece.placement.translation = at;
   return piece;
 }
@@ -232,7 +233,7 @@ Scene jaws() {
                                   .force = Vec3(0, -side * kForce, 0),
                                   .friction = kFriction},
                                  Vec3(0, side * 0.0121, 0.04)));
-  scene.contact.pairs = {{.a = "left", .b = "right", .rest_gap = 0.0005}};
+  scene.contact.pairs = {{.a = "left", .b = "right", .friction = {}, .rest_gap = 0.0005}};
   return scene;
 }
 

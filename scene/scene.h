@@ -94,12 +94,12 @@ struct SolidSpec {
 };
 
 struct ClothFile {
-  std::filesystem::path file;  ///< any triangle mesh: initial shape, and rest shape unless given
-  std::filesystem::path rest_file;  ///< empty: the file itself
+  std::filesystem::path file{};  ///< any triangle mesh: initial shape, and rest shape unless given
+  std::filesystem::path rest_file{};  ///< empty: the file itself
   /// Metres per unit of the texture coordinates, which then define the flat rest shape; 0: they are
   /// ignored.
   double texture_unit = 0.0;
-  TriangleMesh mesh;  ///< where `file` is empty: the mesh itself
+  TriangleMesh mesh{};  ///< where `file` is empty: the mesh itself
   /// Where `file` is empty: its rest shape, with the same triangles; none: that of `mesh`.
   TriangleMesh rest_mesh{};
   std::optional<double> plate{};              ///< as in ClothGrid, for a flat mesh
@@ -221,8 +221,8 @@ struct TimeSpec {
 /// several entries match a pair, the last one counts, for each field separately.
 struct PairSpec {
   std::string a, b;  ///< names of pieces, materials or bodies, in any order; not two bodies
-  std::optional<double> friction;  ///< Coulomb coefficient, >= 0
-  std::optional<double> rest_gap;  ///< m, distance that contacts keep at rest, > 0
+  std::optional<double> friction{};  ///< Coulomb coefficient, >= 0
+  std::optional<double> rest_gap{};  ///< m, distance that contacts keep at rest, > 0
   /// False: the scene states that they cannot collide, and detection leaves them out [Ji2006].
   /// Frames are checked for crossings all the same.
   std::optional<bool> collide{};

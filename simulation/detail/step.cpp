@@ -26,7 +26,7 @@ constexpr double kLoosest = 30.0, kTightening = 0.6, kLooser = 10.0;
 constexpr int kMaxCollisionSolves = 3;
 
 // Share of the scene's tolerance in a step near the equilibrium.
-constexpr double kSettled = 0.003;
+constexpr double kSettled = 0.03;
 
 // Strain limits and collision response disturb each other: rounds of both in one step.
 constexpr int kStrainRounds = 6;

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Whether cloth is at rest: forces that are known in closed form, and runs that end in equilibrium.
 #include <gtest/gtest.h>
+#include <selvedge/run/result_folder.h>
+#include <selvedge/run/run.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/rest.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -188,6 +194,40 @@ TEST(AtRest, ARestoredQuasiStaticRunHasTheSameBits) {
   simulation.advance_to_frame(frame + 5);
   other.advance_to_frame(frame + 5);
   EXPECT_EQ(state_hash(simulation.state()), state_hash(other.state()));
+}
+
+TEST(AtRest, ARunEndsThereAndSaysSo) {
+  namespace fs = std::filesystem;
+  RunConfig config;
+  config.out = fs::path(::testing::TempDir()) / ("selvedge_at_rest_" + std::to_string(getpid()));
+  Scene scene = slope(0.7);
+  scene.time.frames = 40;
+  const RunResult whole = run_scene(scene, config);
+  EXPECT_EQ(whole.frames, 41) << "without the key it goes on";
+  EXPECT_TRUE(whole.rest.at_rest) << whole.rest.verdict;
+
+  scene.time.until_rest = true;
+  scene.name = "until";
+  fs::remove_all(config.out);
+  const RunResult result = run_scene(scene, config);
+  EXPECT_LT(result.frames, 41);
+  EXPECT_GT(result.frames, 1);
+  EXPECT_TRUE(result.rest.at_rest) << result.rest.verdict;
+  EXPECT_EQ(result.stopped, "");
+  std::ifstream file(config.out / "result.json");
+  const RunResult read = result_from_text(std::string(std::istreambuf_iterator<char>(file), {}));
+  EXPECT_EQ(read.rest.verdict, result.rest.verdict);
+  EXPECT_EQ(read.rest.unbalanced, result.rest.unbalanced);
+
+  fs::remove_all(config.out);
+  config.max_steps = 1;
+  EXPECT_NE(run_scene(scene, config).stopped, "");
+  config.max_steps = 0;
+  config.resume = true;
+  const RunResult resumed = run_scene(scene, config);
+  EXPECT_EQ(resumed.frames, result.frames);
+  EXPECT_EQ(resumed.state_hash, result.state_hash);
+  fs::remove_all(config.out);
 }
 
 }  // namespace

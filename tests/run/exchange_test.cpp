@@ -305,6 +305,33 @@ TEST_F(Exchange, EachPieceAndBodyIsAUsdMeshOfItsOwn) {
             (std::vector<double>{0, 0, 1}));
 }
 
+TEST_F(Exchange, ABodyThatRestsBeforeItMovesDoesNotDriftMeanwhile) {
+  for (const char* format : {"gltf", "usd"}) {
+    const auto writer = frame_formats().at(format)(folder_);
+    for (int f = 0; f < 4; ++f) {
+      std::vector<Vec3> body = bodies_[0];
+      if (f == 3) body[0].x() += 1.0;
+      writer->write({.number = f,
+                     .time = f / kFps,
+                     .x = cloth_[0],
+                     .v = {},
+                     .triangles = kCloth,
+                     .values = {},
+                     .bodies = body,
+                     .body_triangles = kBody});
+    }
+    writer->finish();
+  }
+  const GlbFile file(folder_ / "result.glb");
+  expect_near(file.at(1, 2), bodies_[0]);
+  EXPECT_NEAR(file.at(1, 3)[0].x(), bodies_[0][0].x() + 1.0, 1e-6);
+  const std::string text = content(folder_ / "result.usda");
+  const std::string samples =
+      between(text.substr(text.find("def Mesh \"bodies\"")), "points.timeSamples", "{", "}");
+  EXPECT_EQ(std::count(samples.begin(), samples.end(), ':'), 3) << samples;
+  EXPECT_EQ(between(samples, " 2:", "[", "]"), between(samples, " 0:", "[", "]"));
+}
+
 TEST_F(Exchange, EachPieceAndBodyIsAnObjectOfTheObjFile) {
   write_parts("obj");
   const std::string text = content(folder_ / "frames" / "cloth_00002.obj");

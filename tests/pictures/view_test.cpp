@@ -222,7 +222,7 @@ TEST_F(View, TheContactPressureOfARestingSheetCarriesItsWeight) {
   EXPECT_NEAR(force, weight, 0.02 * weight);
   ASSERT_EQ(run("view r").code, 0);
   const Json data = data_of(page("r/view.html"))[0];
-  EXPECT_EQ(data["pieces"], Json::parse("[[0, \"cloth 0\"]]")) << "a piece without a name";
+  EXPECT_EQ(data["pieces"], Json::parse("[[0, \"geometry_0\"]]"));
   ASSERT_NE(field(data, "pressure"), nullptr);
   EXPECT_EQ((*field(data, "pressure"))["unit"], "Pa");
 }

@@ -25,8 +25,7 @@ namespace {
 // turning point of a swing it is so for a hundredth of the period.
 constexpr double kDied = 1e-3, kDiedFor = 0.1;
 
-// Growth of the scale, and its largest value. With 8, the slowest modes take more steps; from 32
-// on, the linear solves take longer than they save.
+// Growth of the scale, and its largest value: 8 and 128 changed the number of steps little.
 constexpr double kScaleGrowth = 1.5, kLargestScale = 32.0;
 
 // A step that moves the cloth by more than this share of its extent is too long: root mean square.

@@ -25,34 +25,6 @@ class Session : public bindings::DrivenSimulation {
   }
 };
 
-py::tuple wrench_arrays(const std::vector<Wrench>& list, const Vec3& about) {
-  return py::make_tuple(
-      column<double>(list, [](const Wrench& w) { return w.force; }),
-      column<double>(list, [&](const Wrench& w) { return w.torque_about(about); }));
-}
-
-py::array vector_of(const Vec3& v) { return own<double>(std::vector<double>(v.begin(), v.end())); }
-
-py::dict wrench_table(Session& session, bool mean, const Vec3& about) {
-  const StepWrenches found =
-      unlocked(session, [&](Simulation& s) { return mean ? s.frame_wrenches() : s.wrenches(); });
-  py::dict out, others;
-  out["h"] = found.h;
-  out["bodies"] = wrench_arrays(found.bodies, about);
-  out["solids"] = wrench_arrays(found.solids, about);
-  out["handles"] = wrench_arrays(found.handles, about);
-  out["held"] = own<std::int32_t>(std::vector<std::int32_t>(found.held));
-  out["held_force"] = column<double>(found.held_force, [](const Vec3& f) { return f; });
-  for (const auto& [name, w] : found.others)
-    others[name.c_str()] = py::make_tuple(vector_of(w.force), vector_of(w.torque_about(about)));
-  out["others"] = others;
-  out["change"] =
-      py::make_tuple(vector_of(found.change.force), vector_of(found.change.torque_about(about)));
-  out["force_error"] = found.force_error;
-  out["torque_error"] = found.torque_error;
-  return out;
-}
-
 template <class Named>
 std::vector<std::string> names_of(const std::vector<Named>& list) {
   std::vector<std::string> names;
@@ -117,14 +89,6 @@ void add_simulation(py::module_& m, const SharedMethods& methods) {
       }));
   define_steps(simulation);
   define_reading(simulation);
-  simulation
-      .def("measure_wrenches",
-           [](Session& s, bool on) {
-             unlocked(s, [&](Simulation& now) { now.measure_wrenches(on); });
-           })
-      .def("wrenches", [](Session& s, bool mean, const std::array<double, 3>& about) {
-        return wrench_table(s, mean, Vec3(about[0], about[1], about[2]));
-      });
   std::vector<std::string> flags;
   for (int bit = 0; bit < kVertexFlags; ++bit) flags.emplace_back(flag_name(bit));
   m.attr("flag_names") = flags;

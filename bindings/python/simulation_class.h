@@ -49,6 +49,35 @@ inline std::span<const std::int32_t> list_of(const Whole& vertices) {
   return {vertices.data(), static_cast<std::size_t>(vertices.size())};
 }
 
+inline py::tuple wrench_arrays(const std::vector<Wrench>& list, const Vec3& about) {
+  return py::make_tuple(
+      column<double>(list, [](const Wrench& w) { return w.force; }),
+      column<double>(list, [&](const Wrench& w) { return w.torque_about(about); }));
+}
+
+inline py::array vector_of(const Vec3& v) { return own<double>(std::vector<double>(v.begin(), v.end())); }
+
+template <class S>
+py::dict wrench_table(S& session, bool mean, const Vec3& about) {
+  const StepWrenches found =
+      unlocked(session, [&](Simulation& now) { return mean ? now.frame_wrenches() : now.wrenches(); });
+  py::dict out, others;
+  out["h"] = found.h;
+  out["bodies"] = wrench_arrays(found.bodies, about);
+  out["solids"] = wrench_arrays(found.solids, about);
+  out["handles"] = wrench_arrays(found.handles, about);
+  out["held"] = own<std::int32_t>(std::vector<std::int32_t>(found.held));
+  out["held_force"] = column<double>(found.held_force, [](const Vec3& f) { return f; });
+  for (const auto& [name, w] : found.others)
+    others[name.c_str()] = py::make_tuple(vector_of(w.force), vector_of(w.torque_about(about)));
+  out["others"] = others;
+  out["change"] =
+      py::make_tuple(vector_of(found.change.force), vector_of(found.change.torque_about(about)));
+  out["force_error"] = found.force_error;
+  out["torque_error"] = found.torque_error;
+  return out;
+}
+
 template <class S, class... Rest>
 void define_steps(py::class_<S, Rest...>& c) {
   c.def("step", [](S& s) { unlocked(s, [](Simulation& now) { now.step(); }); })
@@ -117,6 +146,12 @@ void define_reading(py::class_<S, Rest...>& c) {
              return own<std::uint8_t>(unlocked(s, [](Simulation& now) { return now.flags(); }));
            })
       .def("contacts", &contact_table<S>)
+      .def("measure_wrenches",
+           [](S& s, bool on) { unlocked(s, [&](Simulation& now) { now.measure_wrenches(on); }); })
+      .def("wrenches",
+           [](S& s, bool mean, const std::array<double, 3>& about) {
+             return wrench_table(s, mean, Vec3(about[0], about[1], about[2]));
+           })
       .def("energies",
            [](S& s) { return unlocked(s, [](Simulation& now) { return now.energies(); }); })
       .def("result_text",

@@ -285,7 +285,7 @@ TEST(Methods, ALimiterSaysWhetherItIsAMethodForceOrPolicy) {
     // Han's method also stiffens the springs.
     const bool han = name == "han";
     EXPECT_EQ(limit.force != nullptr, kind == LimiterKind::force || han) << name;
-    EXPECT_EQ(entry.options().size(), han ? 3u : kind == LimiterKind::method ? 1u : 0u) << name;
+    EXPECT_EQ(entry.options().size(), kind == LimiterKind::method ? 2u : 0u) << name;
     ++kinds[kind];
   }
   EXPECT_EQ(kinds[LimiterKind::none], 1);

@@ -587,7 +587,7 @@ TEST(ClothPatterns, EachFillsARectangleWithCloth) {
   const ClothPatternRegistry patterns = cloth_patterns();
   for (const auto& [name, pattern] : patterns) {
     // These take their mass from the yarns; see swatch_test and knit_test.
-    if (name == "weave" || name == "knit") continue;
+    if (name == "weave" || name == "knit" || name == "rib" || name == "interlock") continue;
     const ClothMesh cloth = pattern({1.0, 1.0, 8, 8}, Material{});
     EXPECT_GT(sum(cloth.mass), 0.1) << name;
     EXPECT_LT(sum(cloth.mass), 0.201) << name;

@@ -6,10 +6,10 @@
 #include "bench.h"
 
 #include <selvedge/apps/command_line.h>
-#include <selvedge/simulation/batch.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/batch.h>
 #include <selvedge/simulation/simulation.h>
 
 #include <fmt/core.h>

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-namespace selvedge::detail {
+namespace selvedge {
 namespace {
 
 // Union-find whose links carry whether the two ends have the same side.
@@ -261,4 +261,4 @@ bool is_inside(std::span<const Vec3> x, std::span<const Triangle> closed, const 
   return std::abs(angle) > 2.0 * std::numbers::pi;  // once around is 4π, not at all 0
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace selvedge::detail {
+namespace selvedge {
 
 JointSurface::JointSurface(std::size_t cloth_vertices, std::size_t body_vertices,
                            std::span<const Edge> cloth_edges,
@@ -85,4 +85,4 @@ void JointSurface::find_parts() {
   }
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge

@@ -77,7 +77,7 @@ void register_wrenches(FrameFormatRegistry& registry) {
       },
       {.promise = "forces and torques on bodies, handles and held vertices, means over each frame",
        .source = "comma-separated values, RFC 4180",
-       .files = {"wrenches.csv"}});
+       .files = {"wrenches.csv", "steps/wrenches.csv"}});
 }
 
 }  // namespace selvedge

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <selvedge/simulation/batch.h>
 #include <selvedge/bodies/driven_body.h>
 #include <selvedge/core/base/internal/serial_loops.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/batch.h>
 #include <selvedge/simulation/internal/carried.h>
 #include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/run_result.h>

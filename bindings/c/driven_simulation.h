@@ -4,11 +4,11 @@
 // where these are.
 #pragma once
 
-#include <selvedge/simulation/batch.h>
 #include <selvedge/bodies/driven_body.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/methods.h>
 #include <selvedge/scene/scene.h>
+#include <selvedge/simulation/batch.h>
 #include <selvedge/simulation/internal/mesh_change.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/simulation_state.h>

@@ -55,12 +55,14 @@ inline py::tuple wrench_arrays(const std::vector<Wrench>& list, const Vec3& abou
       column<double>(list, [&](const Wrench& w) { return w.torque_about(about); }));
 }
 
-inline py::array vector_of(const Vec3& v) { return own<double>(std::vector<double>(v.begin(), v.end())); }
+inline py::array vector_of(const Vec3& v) {
+  return own<double>(std::vector<double>(v.begin(), v.end()));
+}
 
 template <class S>
 py::dict wrench_table(S& session, bool mean, const Vec3& about) {
-  const StepWrenches found =
-      unlocked(session, [&](Simulation& now) { return mean ? now.frame_wrenches() : now.wrenches(); });
+  const StepWrenches found = unlocked(
+      session, [&](Simulation& now) { return mean ? now.frame_wrenches() : now.wrenches(); });
   py::dict out, others;
   out["h"] = found.h;
   out["bodies"] = wrench_arrays(found.bodies, about);

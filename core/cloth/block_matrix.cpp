@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/core/base/internal/check.h>
 #include <selvedge/core/base/parallel.h>
-#include <selvedge/core/cloth/force.h>
 #include <selvedge/core/cloth/detail/even_grain.h>
 #include <selvedge/core/cloth/detail/lane_matrix.h>
+#include <selvedge/core/cloth/force.h>
 
 #include <algorithm>
 #include <stdexcept>

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::detail {
+namespace selvedge {
 
 /// An open or closed curve in which two sheets cross, as the list of edges that pass through a
 /// triangle along it. Its two sides are the sheets, which may be parts of one surface.
@@ -78,4 +78,4 @@ std::vector<Triangle> closed_bodies(const JointSurface& surface);
 /// [VanOosterom1983]; not exact near the surface.
 bool is_inside(std::span<const Vec3> x, std::span<const Triangle> closed, const Vec3& p);
 
-}  // namespace selvedge::detail
+}  // namespace selvedge

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::detail {
+namespace selvedge {
 
 /// Cloth and bodies as one surface, by the joint index space of ContactPoint: cloth vertices,
 /// edges and triangles first, then those of all bodies. Topology only.
@@ -65,4 +65,4 @@ struct EdgeCrossing {
   auto operator<=>(const EdgeCrossing&) const = default;
 };
 
-}  // namespace selvedge::detail
+}  // namespace selvedge

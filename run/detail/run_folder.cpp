@@ -114,8 +114,13 @@ void remove_beyond(const fs::path& out, const FrameFormatRegistry& formats, std:
 void remove_former_run(const fs::path& out, const FrameFormatRegistry& formats) {
   remove_beyond(out, formats, -1, -1);
   std::vector<std::string> files = {"result.json", "checkpoint.ply", "checkpoint.json"};
+  std::error_code ignored;
   for (const auto& [name, format] : formats)
-    for (const std::string& file : format.traits().files) files.push_back(file);
+    for (const fs::path file : format.traits().files)
+      if (!file.has_parent_path())
+        files.push_back(file.string());
+      else if (fs::is_regular_file(out / file, ignored))
+        fs::remove(out / file, ignored);
   remove_named(out, files);
   remove_leftovers(out);
   remove_named(out / "measures",

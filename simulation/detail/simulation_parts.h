@@ -80,8 +80,8 @@ struct Simulation::Parts {
   void start(const Methods& m);
   void refuse_bad_start();
   void refuse_unstable_start();
-  void refuse_enclosed_start(std::span<const detail::EdgeCrossing> crossings);
-  std::vector<detail::EdgeCrossing> start_untangling();
+  void refuse_enclosed_start(std::span<const EdgeCrossing> crossings);
+  std::vector<EdgeCrossing> start_untangling();
   void restore(SimulationState saved);
   void continue_at(SimulationState saved);
   void forget_bodies();

@@ -138,7 +138,7 @@ void Simulation::Parts::refuse_bad_start() {
 
 // Cloth that starts outside of every closed body stays outside, because it would have to pass
 // through the surface.
-void Simulation::Parts::refuse_enclosed_start(std::span<const detail::EdgeCrossing> crossings) {
+void Simulation::Parts::refuse_enclosed_start(std::span<const EdgeCrossing> crossings) {
   const auto scope = clock.measure("verify");
   if (const auto found =
           detail::find_enclosed(methods.detection.joint_surface(), input.x_t0, crossings))
@@ -148,10 +148,10 @@ void Simulation::Parts::refuse_enclosed_start(std::span<const detail::EdgeCrossi
 }
 
 // The crossings of the start; none if the scene neither untangles nor carries jams on.
-std::vector<detail::EdgeCrossing> Simulation::Parts::start_untangling() {
+std::vector<EdgeCrossing> Simulation::Parts::start_untangling() {
   if (!scene.contact.untangle_start && !scene.contact.carry_tangled) return {};
   look_at_state();
-  std::vector<detail::EdgeCrossing> crossings = methods.detection.find_edge_crossings();
+  std::vector<EdgeCrossing> crossings = methods.detection.find_edge_crossings();
   methods.untangler = std::make_unique<detail::Untangler>(methods.detection.joint_surface(),
                                                           detail::UntangleConfig{});
   methods.untangler->start(input.x_t0, crossings);

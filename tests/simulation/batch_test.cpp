@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Many scenes stepped together: the bits of single runs, single members, failures, memory.
 #include <gtest/gtest.h>
-#include <selvedge/simulation/batch.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/simulation/batch.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
 #include <selvedge/simulation/step_report.h>

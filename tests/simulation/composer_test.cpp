@@ -342,7 +342,7 @@ void try_motion(Stage& stage, int step, Target target, bool exclude, bool on_the
   stage.begin(step, target, stage.uniform(0.0, most), step % 3 == 0 ? 0.0 : 0.1 * kMargin, way);
   detail::ExcludedPairs excluded;
   if (exclude) {
-    const detail::JointSurface joint = stage.detection().joint_surface();
+    const JointSurface joint = stage.detection().joint_surface();
     Tangle tangle;
     for (std::int32_t t = 0; t < 36; ++t) tangle.side[0].push_back(t);  // half of the first piece
     for (auto t = 72; t < static_cast<std::int32_t>(joint.triangles().size()); ++t)

@@ -405,15 +405,15 @@ TEST(Contours, ASheetThroughAnotherLeavesOneContourThatCutsOffItsTip) {
   const std::vector<Vec3> x = {{-1, -1, 0}, {2, -1, 0},    {-1, 2, 0},
                                {0, 0, -1},  {0.2, 0, 0.5}, {-0.2, 0, 0.5}};
   const std::vector<Triangle> triangles = {{0, 1, 2}, {3, 4, 5}};
-  const detail::JointSurface surface(6, 0, unique_edges(triangles), triangles, {}, {});
-  std::vector<detail::EdgeCrossing> crossings;
+  const JointSurface surface(6, 0, unique_edges(triangles), triangles, {}, {});
+  std::vector<EdgeCrossing> crossings;
   for (std::size_t e = 0; e < surface.edges().size(); ++e)
     if (surface.edges()[e][0] == 3) crossings.push_back({static_cast<std::int32_t>(e), 0});
-  const auto contours = detail::trace_contours(surface, crossings);
+  const auto contours = trace_contours(surface, crossings);
   ASSERT_EQ(contours.size(), 1u);
   EXPECT_EQ(contours[0].nodes.size(), 2u);
-  std::vector<std::int32_t> kept(surface.parts(), detail::CutRegions::kUnknown);
-  const detail::CutRegions regions(surface, contours, x, kept);
+  std::vector<std::int32_t> kept(surface.parts(), CutRegions::kUnknown);
+  const CutRegions regions(surface, contours, x, kept);
   EXPECT_FALSE(regions.divides(0, 1));
   EXPECT_TRUE(regions.is_cut_off(0, 0, 3) || regions.is_cut_off(0, 0, 4));
   EXPECT_NE(regions.is_cut_off(0, 0, 3), regions.is_cut_off(0, 0, 4));

@@ -188,7 +188,7 @@ Worst worst_of(const Scene& scene) {
 
 // What the bodies feel comes from the impulses of the response. That all of them are in it shows in
 // "response", which is what it moved beyond its impulses.
-TEST(Wrenches, SumUpToTheChangeOfMomentumForEveryResponseAndFailSafe) {
+TEST(Wrenches, SumUpToTheChangeOfMomentumForEveryResponse) {
   std::mt19937 draw(46);
   int parted = 0, limited = 0;
   for (const auto& [response, entry] : responses())

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/core/cloth/force.h>
 #include <selvedge/core/cloth/detail/lane_matrix.h>
+#include <selvedge/core/cloth/force.h>
 #include <selvedge/core/solver/detail/aggregation.h>
 #include <selvedge/core/solver/integrator.h>
 

@@ -2,9 +2,9 @@
 // The matrix of a solve in single precision against the same matrix in double precision, and the
 // multigrid cycle as a preconditioner: symmetric, positive, exact where one level suffices.
 #include <gtest/gtest.h>
-#include <selvedge/core/cloth/force.h>
 #include <selvedge/core/cloth/detail/even_grain.h>
 #include <selvedge/core/cloth/detail/lane_matrix.h>
+#include <selvedge/core/cloth/force.h>
 #include <selvedge/core/solver/detail/aggregation.h>
 #include <selvedge/core/solver/detail/implicit_terms.h>
 #include <selvedge/core/solver/detail/multilevel.h>

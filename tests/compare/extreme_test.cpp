@@ -46,7 +46,7 @@ TEST(ExtremeProcess, AnAnswerThatIsNoneCountsAsSentByNobody) {
   EXPECT_EQ(sent->answer, Answer::degraded);
   EXPECT_EQ(sent->note, "a");
   for (const char* text :
-       {"", "{\"ans", "7", R"({"note": "a"})", R"({"answer": 4, "note": "a"})",
+       {"", "{\"ans", "7", R"({"note": "a"})", R"({"answer": 5, "note": "a"})",
         R"({"answer": -1, "note": "a"})", R"({"answer": 1e30, "note": "a"})",
         R"({"answer": 1.5, "note": "a"})", R"({"answer": 1, "note": 3})",
         R"({"answer": 1, "note": "a", "measures": {"max_stretch": 0, "crossings": -1,

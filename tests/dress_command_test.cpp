@@ -89,8 +89,8 @@ TEST_F(DressProgram, PosesMoveTheBodyAndTheGarmentFollows) {
   EXPECT_SAYS(outcome.out, "verdict      worn, but ");  // it slides up the pyramid
   ASSERT_EQ(result("out")["motion"]["poses"].size(), 4u);
   // The tube is wider than the pyramid where it rests, so it settles off the axis: by 0.3 to 58 mm
-  // at resolutions of 0.03 to 0.06, to either side. From there it follows the body, and being loose,
-  // it lags by up to 2 cm.
+  // at resolutions of 0.03 to 0.06, to either side. From there it follows the body, and being
+  // loose, it lags by up to 2 cm.
   const double settled = mean_x("out/garment.obj");
   EXPECT_NEAR(settled, 0.0, 0.06);
   EXPECT_NEAR(mean_x("out/poses/pose_4.obj") - settled, 0.08, 0.025);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/base/internal/html.h>
 #include <selvedge/dress/detail/skin_distance.h>
 #include <selvedge/dress/internal/arrange.h>
 
@@ -15,21 +16,6 @@ constexpr double kDrawnScale = 400.0;  // mm of the drawing for a metre
 constexpr double kDrawnMargin = 30.0;  // mm
 constexpr double kStrip = 0.008;       // m, height of the strips that show the body
 constexpr std::int32_t kDrawnPieces = 16;
-
-std::string svg_text(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else
-      out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-  }
-  return out;
-}
 
 /// One view: `right` of the drawing, and `toward` the viewer.
 class View {
@@ -112,7 +98,7 @@ class View {
     out_ += fmt::format(
         "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"9\" text-anchor=\"middle\" "
         "fill=\"#222\">{}</text>\n",
-        middle.x(), middle.y(), svg_text(panel.name));
+        middle.x(), middle.y(), html_escaped(panel.name));
   }
 
   /// Strips as wide as the sections of the body at their heights.
@@ -187,7 +173,7 @@ std::string arrangement_svg(const Arrangement& arrangement, const TriangleMesh& 
       "viewBox=\"0 0 {0:.0f} {1:.0f}\" font-family=\"Helvetica, Arial, sans-serif\">\n"
       "<title>{2}</title>\n<rect width=\"{0:.0f}\" height=\"{1:.0f}\" "
       "fill=\"white\"/>\n{3}</svg>\n",
-      width, height, svg_text(arrangement.pattern.name), drawing);
+      width, height, html_escaped(arrangement.pattern.name), drawing);
 }
 
 }  // namespace selvedge

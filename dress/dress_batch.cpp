@@ -7,6 +7,7 @@
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/core/system/internal/read_file.h>
+#include <selvedge/dress/detail/page_style.h>
 #include <selvedge/dress/internal/dress_batch.h>
 #include <selvedge/garment/sewing_pattern.h>
 
@@ -179,21 +180,13 @@ constexpr const char* kPage = R"(<!doctype html>
 <!-- SPDX-License-Identifier: MIT -->
 <html lang="en">
 <head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Garments on bodies</title>
+%STYLE%<title>Garments on bodies</title>
 <style>
-:root { --ink: #1d2129; --soft: #5b6472; --line: #d9dde4; --paper: #ffffff; --good: #1b7f4b; --bad: #c02a2a; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e8eaee; --soft: #9aa3b2; --line: #363c47; --paper: #16181d; --good: #4cc38a; --bad: #ff7a70; }
-}
-body { margin: 0 auto; padding: 1rem; max-width: 72rem; font: 16px/1.45 system-ui, sans-serif; color: var(--ink); background: var(--paper); }
 .all { display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1rem; }
 article { border: 1px solid var(--line); border-radius: .5rem; padding: .6rem; overflow-wrap: anywhere; }
 h2 { font-size: 1.05rem; margin: 0 0 .3rem; }
 p { margin: .2rem 0; font-size: .9rem; }
 img { width: 49%; height: auto; border-radius: .3rem; }
-.soft { color: var(--soft); }
 .good { color: var(--good); font-weight: 600; }
 .bad { color: var(--bad); font-weight: 600; }
 </style>
@@ -276,7 +269,8 @@ std::string dress_page(const std::vector<DressBatchRow>& rows, std::size_t open)
   summary += open > 0 ? fmt::format("; {} are still to come.", open) : ".";
   std::string articles;
   for (const DressBatchRow& row : rows) articles += article(row);
-  const PagePart parts[] = {{"%SUMMARY%", summary}, {"%ROWS%", articles}};
+  const PagePart parts[] = {
+      {"%STYLE%", detail::kPageStyle}, {"%SUMMARY%", summary}, {"%ROWS%", articles}};
   return filled_page(kPage, parts);
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/html.h>
 #include <selvedge/dress/detail/fit_page.h>
+#include <selvedge/dress/detail/page_style.h>
 
 #include <array>
 
@@ -65,15 +66,8 @@ constexpr const char* kPage = R"(<!doctype html>
 <!-- SPDX-License-Identifier: MIT -->
 <html lang="en">
 <head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>%NAME%: fit</title>
+%STYLE%<title>%NAME%: fit</title>
 <style>
-:root { --ink: #1d2129; --soft: #5b6472; --line: #d9dde4; --paper: #ffffff; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e8eaee; --soft: #9aa3b2; --line: #363c47; --paper: #16181d; }
-}
-body { margin: 0 auto; padding: 1rem; max-width: 72rem; font: 16px/1.45 system-ui, sans-serif; color: var(--ink); background: var(--paper); }
 .views { display: grid; grid-template-columns: repeat(auto-fit, minmax(14rem, 1fr)); gap: .6rem; }
 figure { margin: 0; }
 figure img { width: 100%; height: auto; border-radius: .3rem; }
@@ -117,8 +111,11 @@ std::string fit_page(const std::string& pattern_name, const DressResult& r) {
   for (const FitZone& zone : r.fit) rows += row(zone);
   if (rows.empty()) rows = "<tr><th>The zones of the body were not found.</th></tr>\n";
   const std::string views = pictures(name);
-  const PagePart parts[] = {
-      {"%NAME%", name}, {"%VERDICT%", verdict}, {"%VIEWS%", views}, {"%ROWS%", rows}};
+  const PagePart parts[] = {{"%STYLE%", kPageStyle},
+                            {"%NAME%", name},
+                            {"%VERDICT%", verdict},
+                            {"%VIEWS%", views},
+                            {"%ROWS%", rows}};
   return filled_page(kPage, parts);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/elementary.h>
+#include <selvedge/core/base/internal/html.h>
 #include <selvedge/garment/internal/pattern_svg.h>
 
 #include <algorithm>
@@ -22,24 +23,6 @@ struct Box {
   double width() const { return high.x() - low.x(); }
   double height() const { return high.y() - low.y(); }
 };
-
-/// Text for XML. Control characters have no place in it.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-  }
-  return out;
-}
 
 /// Hues by the golden angle, so that neighbouring numbers differ most.
 std::string colour_of(std::int32_t stitch) {
@@ -90,7 +73,7 @@ class Sheet {
         "{1}\" font-family=\"Helvetica, Arial, sans-serif\">\n<title>{2}</title>\n<rect "
         "width=\"{0}\" "
         "height=\"{1}\" fill=\"white\"/>\n{3}</svg>\n",
-        size, height, escaped(pattern_.name), body_);
+        size, height, html_escaped(pattern_.name), body_);
   }
 
  private:
@@ -146,7 +129,7 @@ class Sheet {
     middle = name_place(p, middle / static_cast<double>(points));
     // The middle of the long edges of a narrow panel has their numbers.
     if (boxes_[p].height() < 4.0 * kNameSize) middle.x() -= 0.22 * boxes_[p].width();
-    put_text(middle, kNameSize, "#222", escaped(panel.name), true);
+    put_text(middle, kNameSize, "#222", html_escaped(panel.name), true);
     if (boxes_[p].height() > 5.0 * kNameSize)
       put_text(
           middle + Vec2(0.0, 1.4 * kNameSize), kNumberSize, "#666",
@@ -250,7 +233,7 @@ class Sheet {
         "<text transform=\"translate({:.2f} {:.2f}) rotate({:.1f})\" y=\"3\" font-size=\"{}\" "
         "fill=\"#666\" text-anchor=\"{}\">{}</text>\n",
         at.x(), at.y(), elementary::atan2(along.y(), along.x()) * 180.0 / std::numbers::pi,
-        kNumberSize, anchor, escaped(words));
+        kNumberSize, anchor, html_escaped(words));
   }
 
   void draw_scale() {
@@ -260,7 +243,7 @@ class Sheet {
     body_ += fmt::format(
         "<text x=\"{}\" y=\"{:.1f}\" font-size=\"{}\" font-weight=\"bold\" "
         "fill=\"#222\">{}</text>\n",
-        kMargin, kMargin + 0.8 * kNameSize, 1.2 * kNameSize, escaped(name));
+        kMargin, kMargin + 0.8 * kNameSize, 1.2 * kNameSize, html_escaped(name));
     body_ += fmt::format(
         "<text x=\"{}\" y=\"{:.1f}\" font-size=\"{}\" fill=\"#666\">{} panels, {} stitches, {:.2f} "
         "m\u00b2; "

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/base/internal/html.h>
 #include <selvedge/core/system/internal/files.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/run/result_folder.h>
@@ -16,22 +17,6 @@ namespace selvedge {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Text that may stand in an XML attribute.
-std::string xml_escaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&')
-      escaped += "&amp;";
-    else if (c == '<')
-      escaped += "&lt;";
-    else if (c == '"')
-      escaped += "&quot;";
-    else
-      escaped += c;
-  }
-  return escaped;
-}
 
 /// The shortest text that reads back as the same double.
 std::string shortest(double value) { return nlohmann::json(value).dump(); }
@@ -124,7 +109,7 @@ void write_pvd(const std::filesystem::path& file, const std::vector<std::filesys
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const auto piece = std::filesystem::absolute(pieces[i]).lexically_relative(folder);
     text += "<DataSet timestep=\"" + shortest(times[i]) + "\" part=\"0\" file=\"" +
-            xml_escaped(piece.generic_string()) + "\"/>\n";
+            html_escaped(piece.generic_string()) + "\"/>\n";
   }
   AtomicFile out(file);
   out.write(text + "</Collection>\n</VTKFile>\n");

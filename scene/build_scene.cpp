@@ -269,6 +269,17 @@ std::vector<detail::SurfaceGrain> grains_of(const BuiltScene& built) {
   return grains;
 }
 
+/// The search of the cloth against itself finds what bodies with a mass touch.
+void refuse_solids_apart(const Scene& scene) {
+  if (scene.contact.self) return;
+  for (const ClothSpec& cloth : scene.cloths)
+    if (solid_of(cloth) != nullptr)
+      throw std::invalid_argument(fmt::format(
+          "{}, contact.self: is false, but body \"{}\" has a mass, and only this search finds what "
+          "it touches; set contact.self to true",
+          scene.file.string(), cloth.name));
+}
+
 // Of every piece with itself, with the pieces after it and with the bodies.
 void refuse_rest_gaps(const Scene& scene, const ContactPairs& pairs, const BuiltScene& built) {
   const std::vector<detail::SurfaceGrain> grains = grains_of(built);
@@ -291,6 +302,7 @@ void refuse_rest_gaps(const Scene& scene, const ContactPairs& pairs, const Built
 
 BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
   detail::check_numbers(scene);
+  refuse_solids_apart(scene);
   const ContactPairs pairs(scene);
   BuiltScene built;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) add_cloth(scene, pairs, i, make, built);

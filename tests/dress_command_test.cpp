@@ -83,17 +83,17 @@ TEST_F(DressProgram, ABodyOfNoPersonsHeightIsRefusedWithARemedy) {
 
 TEST_F(DressProgram, PosesMoveTheBodyAndTheGarmentFollows) {
   const Outcome outcome =
-      run("dress tube.json body.obj --every-step --out out" + options_ + poses_);
+      run("dress tube.json body.obj --every-step --out out" + options_ + poses_ + " --pose-rate 5");
   EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
-  EXPECT_SAYS(outcome.out, "poses        4 reached in 0.20 s");
+  EXPECT_SAYS(outcome.out, "poses        4 reached in 0.80 s");
   EXPECT_SAYS(outcome.out, "verdict      worn, but ");  // it slides up the pyramid
   ASSERT_EQ(result("out")["motion"]["poses"].size(), 4u);
   // The tube is wider than the pyramid where it rests, so it settles off the axis: by 0.3 to 58 mm
-  // at resolutions of 0.03 to 0.06, to either side. From there it follows the body, and being
-  // loose, it lags by up to 2 cm.
+  // at resolutions of 0.03 to 0.06, to either side. From there it follows the body, at 0.1 m/s
+  // within 3 mm. At the usual 0.6 m/s it hangs behind by 2 cm, on finer meshes by 1 cm.
   const double settled = mean_x("out/garment.obj");
   EXPECT_NEAR(settled, 0.0, 0.06);
-  EXPECT_NEAR(mean_x("out/poses/pose_4.obj") - settled, 0.08, 0.025);
+  EXPECT_NEAR(mean_x("out/poses/pose_4.obj") - settled, 0.08, 0.005);
   const Outcome judged = run("check out/motion");
   EXPECT_EQ(judged.code, 0) << judged.out << judged.err;
 }

@@ -39,8 +39,13 @@ std::string html_escaped(std::string_view text) {
       case '\'':
         escaped += "&#39;";
         break;
-      default:
+      case '\t':
+      case '\n':
+      case '\r':
         escaped += c;
+        break;
+      default:
+        escaped += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
     }
   return escaped;
 }

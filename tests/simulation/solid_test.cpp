@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 
 namespace selvedge::solid_test {
@@ -245,6 +246,15 @@ TEST(Jaws, PressWithTheirForce) {
   EXPECT_NEAR(w.solids[0].force.y(), kForce, 0.01 * kForce);
   EXPECT_NEAR(w.solids[1].force.y(), -kForce, 0.01 * kForce);
   EXPECT_TRUE(simulation.result().clean);
+}
+
+TEST(Solids, NeedTheSearchOfTheClothAgainstItself) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(solid("ball", Sphere{.radius = 0.1}, {.mass = 1.0}, Vec3::Zero()));
+  scene.contact.self = false;
+  EXPECT_THROW(build_scene(scene), std::invalid_argument);
+  scene.contact.self = true;
+  EXPECT_NO_THROW(build_scene(scene));
 }
 
 }  // namespace

@@ -12,7 +12,8 @@ namespace selvedge {
 
 /// Bytes as base64 [RFC 4648], with padding.
 std::string base64(std::span<const std::byte> bytes);
-/// `text` as it may stand in an element or in a quoted attribute.
+/// `text` as it may stand in an element or in a quoted attribute of HTML or XML. Control characters
+/// but tabs and line ends, which have no place there, become '?'.
 std::string html_escaped(std::string_view text);
 /// JSON text as it may stand in a script element: no '<', which could begin "</script>".
 std::string safe_in_script(std::string_view json);

@@ -9,7 +9,8 @@
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/detail/fit_page.h>
 #include <selvedge/dress/dress_result.h>
-#include <selvedge/pictures/internal/garment_pictures.h>
+#include <selvedge/pictures/picture_files.h>
+#include <selvedge/pictures/renderer/internal/garment_views.h>
 #include <selvedge/run/frame_writer.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/simulation/run_result.h>
@@ -487,16 +488,24 @@ PicturedGarment pictured(const DressResult& r, std::span<const Vec3> cloth,
   return garment;
 }
 
+/// NAMEfront.png and so on.
+void write_views(const fs::path& folder, const std::string& name,
+                 const std::vector<GarmentView>& views) {
+  for (const GarmentView& view : views)
+    write_png(folder / (name + view.side + ".png"), view.picture);
+}
+
 void write_pictures(const fs::path& folder, const DressResult& result, const DressFolder& files) {
   make(folder);
   const std::vector<Vec3> cloth = detail::all_cloth(result);
   const PicturedGarment garment = pictured(result, cloth, result.body.vertices);
-  draw_panels(folder, "", garment);
-  draw_scale(folder, "strain_", garment, strain_scale(result));
-  draw_scale(folder, "pressure_", garment, pressure_scale(result));
-  draw_coloured(folder, "fit_", garment, detail::fit_colours(result));
+  write_views(folder, "", views_of_panels(garment));
+  write_views(folder, "strain_", views_by_scale(garment, strain_scale(result)));
+  write_views(folder, "pressure_", views_by_scale(garment, pressure_scale(result)));
+  write_views(folder, "fit_", views_by_colour(garment, detail::fit_colours(result)));
   if (!files.poses().empty())
-    draw_panels(folder, "last_pose_", pictured(result, files.last_cloth(), files.last_body()));
+    write_views(folder, "last_pose_",
+                views_of_panels(pictured(result, files.last_cloth(), files.last_body())));
 }
 
 void write_poses(const DressFolderConfig& folder, const DressResult& result,

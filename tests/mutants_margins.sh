@@ -13,7 +13,7 @@ set -uo pipefail
 # shellcheck source=tests/mutants_lib.sh
 source "$SOURCE/tests/mutants_lib.sh"
 
-folder=simulation/detail
+folder=simulation/contacts
 detection=$folder/detection.cpp
 candidates=$folder/candidates.cpp
 near=$folder/contacts.cpp
@@ -22,7 +22,7 @@ search=$folder/body_search.cpp
 filter=$folder/contact_filter.cpp
 proofs=$folder/idle_proofs.cpp
 plan=$folder/detection_plan.cpp
-reach=$folder/strain_reach.cpp
+reach=simulation/detail/strain_reach.cpp
 verlet=broadphase/verlet_list.cpp
 certificates=$folder/certificates.cpp
 distance=narrowphase/distance.cpp

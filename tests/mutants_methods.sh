@@ -114,7 +114,7 @@ mutant weave beyond "the weave of its matrix (twill)" "plain" core/patterns/topo
 mutant weave_crimp beyond "crimps of warp and weft that add up" "flat yarns" core/patterns/topology_weave.cpp \
   "return @crimp_share * (warp.diameter() + weft.diameter())@;" 0.0 lab 'Weave.*'
 mutant knit beyond "the sinker behind the legs and the head before them" "a flat loop" core/patterns/topology_knit.cpp \
-  "half.y(), @half.z()@" 0.0 lab 'Knit.*'
+  "return {k < top ? -half.x() : half.x(), half.y(), @back ? 2.0 * middle_ - z : z@};" 0.0 lab 'Knit.*'
 
 run() {
   { (ulimit -t $most_seconds; SELVEDGE_MUTANT=$3 exec "$WORK/${program[$2]}_tests" --gtest_filter="${filter_of[$2]}" --gtest_brief=1 \

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <selvedge/dress/dress.h>
-#include <selvedge/pictures/internal/garment_pictures.h>
+#include <selvedge/pictures/renderer/internal/garment_views.h>
 
 #include <cstddef>
 #include <vector>

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/pictures/internal/garment_pictures.h>
-#include <selvedge/pictures/picture_files.h>
-#include <selvedge/pictures/renderer/render.h>
+#include <selvedge/pictures/renderer/internal/garment_views.h>
 
 #include <algorithm>
 #include <array>
@@ -10,8 +8,6 @@
 
 namespace selvedge {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct PanelDye {
   Vec3 front, back;  // linear RGB; the back is the inner side
@@ -79,8 +75,7 @@ std::vector<RenderSurface> surfaces_below(const PicturedGarment& g) {
 }
 
 /// Seen against the direction `from`.
-void draw(const fs::path& file, const PicturedGarment& g, const std::vector<RenderSurface>& cloth,
-          const Vec3& from) {
+Image draw(const PicturedGarment& g, const std::vector<RenderSurface>& cloth, const Vec3& from) {
   std::vector<RenderSurface> surfaces = surfaces_below(g);
   RenderSurface skin;
   skin.x = g.body;
@@ -98,14 +93,13 @@ void draw(const fs::path& file, const PicturedGarment& g, const std::vector<Rend
   camera.field_of_view = 30.0;
   camera.width = 720;
   camera.height = 720;
-  write_png(file, render(framed(camera, low, high), surfaces));
+  return render(framed(camera, low, high), surfaces);
 }
 
-/// NAMEfront.png and NAMEback.png.
-void draw_both(const fs::path& folder, const std::string& name, const PicturedGarment& g,
-               const std::vector<RenderSurface>& cloth) {
-  draw(folder / (name + "front.png"), g, cloth, Vec3(0.5, -2.5, 0.4));
-  draw(folder / (name + "back.png"), g, cloth, Vec3(0.5, 2.5, 0.4));
+std::vector<GarmentView> front_and_back(const PicturedGarment& g,
+                                        const std::vector<RenderSurface>& cloth) {
+  return {{"front", draw(g, cloth, Vec3(0.5, -2.5, 0.4))},
+          {"back", draw(g, cloth, Vec3(0.5, 2.5, 0.4))}};
 }
 
 /// From dark blue over teal and green to yellow, linear RGB; `share` in [0,1].
@@ -124,7 +118,7 @@ bool is_before(const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-void draw_panels(const fs::path& folder, const std::string& name, const PicturedGarment& g) {
+std::vector<GarmentView> views_of_panels(const PicturedGarment& g) {
   const CutGarment garment = cut(g);
   std::vector<RenderSurface> panels;
   for (std::size_t p = 0; p < garment.panels.size(); ++p) {
@@ -138,11 +132,10 @@ void draw_panels(const fs::path& folder, const std::string& name, const Pictured
     panel.sheen = 0.4;
     panels.push_back(panel);
   }
-  draw_both(folder, name, g, panels);
+  return front_and_back(g, panels);
 }
 
-void draw_scale(const fs::path& folder, const std::string& name, const PicturedGarment& g,
-                const ColourScale& scale) {
+std::vector<GarmentView> views_by_scale(const PicturedGarment& g, const ColourScale& scale) {
   constexpr std::size_t steps = 24;
   std::vector<std::vector<Triangle>> triangles(steps);
   for (std::size_t i = 0; i < scale.values.size(); ++i) {
@@ -158,11 +151,10 @@ void draw_scale(const fs::path& folder, const std::string& name, const PicturedG
     surface.front = surface.back = scale_colour(static_cast<double>(k) / (steps - 1));
     surfaces.push_back(surface);
   }
-  draw_both(folder, name, g, surfaces);
+  return front_and_back(g, surfaces);
 }
 
-void draw_coloured(const fs::path& folder, const std::string& name, const PicturedGarment& g,
-                   std::span<const Vec3> colours) {
+std::vector<GarmentView> views_by_colour(const PicturedGarment& g, std::span<const Vec3> colours) {
   std::map<Vec3, std::vector<Triangle>, decltype(&is_before)> triangles(is_before);
   for (std::size_t i = 0; i < colours.size(); ++i) triangles[colours[i]].push_back(g.triangles[i]);
   std::vector<RenderSurface> surfaces;
@@ -173,9 +165,10 @@ void draw_coloured(const fs::path& folder, const std::string& name, const Pictur
     surface.front = surface.back = colour;
     surfaces.push_back(surface);
   }
-  draw_both(folder, name, g, surfaces);
-  draw(folder / (name + "left.png"), g, surfaces, Vec3(2.5, -0.5, 0.4));
-  draw(folder / (name + "right.png"), g, surfaces, Vec3(-2.5, -0.5, 0.4));
+  std::vector<GarmentView> views = front_and_back(g, surfaces);
+  views.push_back({"left", draw(g, surfaces, Vec3(2.5, -0.5, 0.4))});
+  views.push_back({"right", draw(g, surfaces, Vec3(-2.5, -0.5, 0.4))});
+  return views;
 }
 
 }  // namespace selvedge

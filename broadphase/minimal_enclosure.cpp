@@ -232,17 +232,8 @@ std::unique_ptr<MinimalEnclosure> make_minimal_enclosure(const MinimalEnclosureC
 }
 
 void register_minimal_enclosure(BroadPhaseRegistry& registry) {
-  registry.add(
-      "minimal_enclosure",
-      {{.name = "loops",
-        .initial = static_cast<double>(MinimalEnclosureConfig{}.loops),
-        .unit = "1",
-        .least = 1.0,
-        .most = kMostLoops,
-        .kind = OptionKind::whole,
-        .meaning = "loops of the body; more: a tighter enclosure, more primitives to "
-                   "test"}},
-      [](const MethodOptions& o) { return make_minimal_enclosure({.loops = o.whole("loops")}); });
+  registry.add("minimal_enclosure", {},
+               [](const MethodOptions&) { return make_minimal_enclosure(); });
 }
 
 }  // namespace selvedge

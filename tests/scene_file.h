@@ -107,9 +107,9 @@ inline constexpr const char* everything = R"({
     {"name": "long_net", "pattern": {"type": "responsive_net", "structural": 7, "shear": 8, "flexion": 9}},
     {"name": "triangle_net", "pattern": {"type": "triangular_net", "structural": 10, "flexion": 11}},
     {"name": "woven", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "weave", "over": 4, "under": 3, "step": 2, "warp_tex": 21, "weft_tex": 22,
-     "modulus": 24, "bending_share": 0.25, "crimp_share": 0.26, "contact": 27, "rotation": 28, "links": 6}},
+     "modulus": 24, "bending_share": 0.25, "contact": 27, "rotation": 28, "links": 6}},
     {"name": "knitted", "size": [0.02, 0.02], "cells": [8, 8], "pattern": {"type": "knit", "tex": 31, "modulus": 33, "bending_share": 0.35,
-     "contact": 36, "sliding": 37, "rotation": 38, "twist": 39, "links": 4}},
+     "contact": 36, "sliding": 37, "rotation": 38, "links": 4}},
     {"name": "skirt", "sewing_pattern": "skirt.json", "edge_length": 0.1, "up": "y",
      "panels": {"back": [0, 0.5, 50]}, "transformation": {"translation": [0, 0, 60]}, "material": "silk", "velocity": [0, 0, -2], "virtual_springs": {"stiffness": 5},
      "sewing": {"pull": 30, "merge": 0.03}}

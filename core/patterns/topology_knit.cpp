@@ -307,7 +307,6 @@ KnitConfig knit_of(const MethodOptions& o, KnitStructure structure) {
           .contact = o["contact"],
           .sliding = o["sliding"],
           .rotation = o["rotation"],
-          .twist = o["twist"],
           .links = o.whole("links"),
           .structure = structure,
           .wales = structure == KnitStructure::rib ? o.whole("wales") : 1};
@@ -328,8 +327,6 @@ std::vector<MethodOption> options_of(KnitStructure structure) {
                        "stiffness of an interlock against sliding of one yarn on the other; "
                        "less makes the knit softer"),
        detail::rotation_option(k.rotation),
-       positive_option("twist", k.twist, "1", 1e3,
-                       "rigidity of the yarn against twist over that against bending"),
        detail::whole_option(
            "links", k.links, 2.0,
            "links of a leg between two interlocks, even; more bend more exactly")});

@@ -177,7 +177,6 @@ WeaveConfig weave_of(const MethodOptions& o) {
           .step = o.whole("step"),
           .warp = detail::yarn_of(o, "warp_tex"),
           .weft = detail::yarn_of(o, "weft_tex"),
-          .crimp_share = o["crimp_share"],
           .contact = o["contact"],
           .rotation = o["rotation"],
           .links = o.whole("links")};
@@ -200,13 +199,7 @@ void register_weave(ClothPatternRegistry& registry) {
        positive_option("weft_tex", w.weft.tex, "g/km", 1e4, "linear density of a weft yarn")});
   options.insert(
       options.end(),
-      {{.name = "crimp_share",
-        .initial = w.crimp_share,
-        .unit = "1",
-        .least = 0.01,
-        .most = 0.99,
-        .meaning = "share of the warp in the crimp; the larger, the softer it is at first"},
-       positive_option("contact", w.contact, "N/m", 1e9,
+      {positive_option("contact", w.contact, "N/m", 1e9,
                        "stiffness of a crossing against compression; more needs smaller steps "
                        "of explicit integrators"),
        detail::rotation_option(w.rotation),

@@ -231,7 +231,6 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
                                     {"weft_tex", 22.0},
                                     {"modulus", 24.0},
                                     {"bending_share", 0.25},
-                                    {"crimp_share", 0.26},
                                     {"contact", 27.0},
                                     {"rotation", 28.0},
                                     {"links", 6.0}}));
@@ -241,7 +240,6 @@ TEST_F(EverythingFile, EveryPieceOfClothAndItsMaterialIsRead) {
                                     {"contact", 36.0},
                                     {"sliding", 37.0},
                                     {"rotation", 38.0},
-                                    {"twist", 39.0},
                                     {"links", 4.0}}));
   ASSERT_EQ(s.weights.size(), 1u);
   EXPECT_EQ(s.weights[0].geometry, "inline");

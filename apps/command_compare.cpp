@@ -35,7 +35,7 @@ struct CompareOptions {
   std::vector<std::string> vary, set, reference_set;
   int threads = 1, repeats = 7, judged = 4, seeds = 0, core = -1;
   double budget = 300.0;
-  bool no_reference = false, no_pictures = false, views = false, json = false;
+  bool no_reference = false, pictures = true, views = false, json = false;
 };
 
 void write_whole(const fs::path& file, const std::string& text) {
@@ -115,7 +115,7 @@ int report(const CompareOptions& o, const fs::path& out, const ComparePlan& plan
   write_whole(out / "compare.csv", to_csv(table));
   write_whole(out / "compare.json", to_json_text(table));
   PageConfig page;
-  page.pictures = !o.no_pictures;
+  page.pictures = o.pictures;
   if (o.views) write_views(out, table, methods);
   write_whole(out / "compare.html", compare_page(out, table, page));
   print_escaped("{}", o.json ? to_json_text(table) : to_text(table));
@@ -275,7 +275,6 @@ void add_options(const Command& command, CompareOptions& o) {
   command
       .option("--judge", o.judged, "Number of motions on which detectors are checked (default 4)")
       .range(0, 1000);
-  command.flag("--no-pictures", o.no_pictures, "No thumbnails in the page");
   command.flag("--views", o.views,
                "Also write a page for each cell that shows its end beside that of the first cell");
   command.flag("--json", o.json, "Print JSON");
@@ -301,6 +300,7 @@ void add_compare_options(const Command& command) {
   command.footer(footer());
   command.action([o, command] {
     o->threads = command.threads().value_or(1);
+    o->pictures = command.pictures();
     return run_command(*o);
   });
 }

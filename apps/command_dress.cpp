@@ -41,7 +41,7 @@ struct DressOptions {
   std::vector<std::string> poses;
   double pose_rate = BodyMotion{}.rate, pose_lead = BodyMotion{}.lead;
   int threads = 0;
-  bool fit_origin = false, arrange = false, every_step = false, json = false, no_picture = false,
+  bool fit_origin = false, arrange = false, every_step = false, json = false, pictures = true,
        views = false;
 };
 
@@ -169,7 +169,7 @@ void write_sheet(const std::string& file, const SewingPattern& pattern) {
 DressFolderConfig folder_config(const DressOptions& o) {
   DressFolderConfig folder;
   folder.every_step = o.every_step;
-  folder.pictures = !o.no_picture;
+  folder.pictures = o.pictures;
   folder.body_file = {.unit = o.unit, .up = pattern_up(o)};
   folder.body_name = o.body;
   return folder;
@@ -273,7 +273,7 @@ std::string settings_text(const DressOptions& o, const DressConfig& config) {
       "resolution {}\nup {}\nunit {}\npictures {}\nsteps {}\nfabric {} {} {} {} {}\nfriction "
       "{}\nbudget {}\nfit origin {}\n{}\n{}",
       o.resolution, o.up.empty() ? "file" : o.up, o.unit ? fmt::format("{}", *o.unit) : "file",
-      !o.no_picture, o.every_step, o.fabric, f.density, f.stretch_stiffness, f.strain_limit,
+      o.pictures, o.every_step, o.fabric, f.density, f.stretch_stiffness, f.strain_limit,
       f.friction, config.body_friction, config.budget, o.fit_origin, motion_text(o),
       version_text());
 }
@@ -315,7 +315,7 @@ std::vector<std::string> arguments_of(const DressOptions& o) {
     add("--pose-lead", number(o.pose_lead));
   }
   if (o.every_step) words.emplace_back("--every-step");
-  if (o.no_picture) words.emplace_back("--no-picture");
+  if (!o.pictures) words.emplace_back("--no-pictures");
   if (o.views) words.emplace_back("--views");
   if (!o.pattern.empty()) words.insert(words.begin(), absolute(o.pattern));  // the body
   return words;
@@ -434,7 +434,6 @@ void add_dress_options(const Command& command) {
               "Metres per unit of the body's file (default: what it states, else 1)")
       .positive();
   command.flag("--every-step", options->every_step, "Also write every accepted state to steps/");
-  command.flag("--no-picture", options->no_picture, "Draw no pictures");
   command.flag("--views", options->views,
                "Also write view.html, which shows in a browser how the garment was put on");
   command.flag("--json", options->json, "Print the result as JSON");
@@ -444,6 +443,7 @@ void add_dress_options(const Command& command) {
       "why.");
   command.action([options, command] {
     options->threads = command.threads().value_or(0);
+    options->pictures = command.pictures();
     return dress_command(*options);
   });
 }

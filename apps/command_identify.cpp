@@ -28,9 +28,25 @@ struct IdentifyOptions {
   std::vector<double> synthetic, finite_elements;
   double target = 0.0;
   int cells = 12, evaluations = 60;
+  std::vector<int> sizes;  // of the genetic algorithm, as given
   GeneticConfig genetic;
   bool resume = false, json = false;
 };
+
+GeneticConfig with_sizes(GeneticConfig genetic, const std::vector<int>& sizes) {
+  if (sizes.empty()) return genetic;
+  constexpr int most = 100000, most_islands = 1024;
+  if (sizes.size() != 3 || sizes[0] < 1 || sizes[0] > most || sizes[1] < 1 ||
+      sizes[1] > most_islands || sizes[2] < 4 || sizes[2] > most || sizes[2] % 2 != 0)
+    throw std::invalid_argument(fmt::format(
+        "identify: --genetic takes 1 to {} generations, 1 to {} populations and their size, an "
+        "even number from 4 to {}, such as --genetic {},{},{}",
+        most, most_islands, most, genetic.generations, genetic.islands, genetic.population));
+  genetic.generations = sizes[0];
+  genetic.islands = sizes[1];
+  genetic.population = sizes[2];
+  return genetic;
+}
 
 DrapeSearch search_of(const IdentifyOptions& o) {
   DrapeSearch search;
@@ -254,11 +270,11 @@ void add_identify_options(const Command& command) {
   command.option("--method", o->method, "genetic, nelder_mead or both")
       .one_of({"genetic", "nelder_mead", "both"});
   command.option("--cells", o->cells, "Cells from the centre to the rim").range(4, 1000);
-  command.option("--generations", o->genetic.generations, "Generations of the genetic algorithm")
-      .range(1, 100000);
-  command.option("--islands", o->genetic.islands, "Number of populations").range(1, 1024);
-  command.option("--population", o->genetic.population, "Size of each population, an even number")
-      .range(4, 100000);
+  command
+      .option("--genetic", o->sizes,
+              "Of the genetic algorithm: generations, number of populations and the size of each, "
+              "an even number")
+      .comma_separated();
   command.option("--seed", o->genetic.seed, "Seed of the genetic algorithm");
   command
       .option("--evaluations", o->evaluations,
@@ -268,6 +284,7 @@ void add_identify_options(const Command& command) {
   command.flag("--resume", o->resume, "Continue from --state");
   command.flag("--json", o->json, "Print JSON");
   command.action([o] {
+    o->genetic = with_sizes(o->genetic, o->sizes);
     run_command(*o);
     return 0;
   });

@@ -227,13 +227,15 @@ void CommandLine::version(const std::string& text) {
   state_->app.set_version_flag("--version", text, "Print version, licence and libraries");
 }
 
-void CommandLine::thread_limit() {
+void CommandLine::common_options() {
   state_->app.fallthrough();  // of the commands that are added from here on
   state_->app
       .add_option("--threads", state_->outcome.threads,
                   "Threads of any command; 0: all. The result does not depend on it. By default\n"
                   "all, but 1 for the runs of `compare` and for the trials of `stability`")
       ->check(CLI::Range(0, 1024));
+  state_->app.add_flag("--no-pictures", state_->outcome.no_pictures,
+                       "No command draws pictures: faster");
 }
 
 std::optional<int> CommandLine::parse(int argc, char** argv) {

@@ -56,6 +56,7 @@ class Command {
   /// What the whole command line says and how its command ended.
   struct Outcome {
     std::optional<int> threads;    ///< as given for any command
+    bool no_pictures = false;      ///< as given for any command
     std::optional<int> exit_code;  ///< of the command that ran
   };
   explicit Command(CLI::App& app, Outcome& outcome) : app_(&app), outcome_(&outcome) {}
@@ -81,6 +82,8 @@ class Command {
 
   /// The number given with --threads, 0: all processors; after the parsing.
   std::optional<int> threads() const { return outcome_->threads; }
+  /// False after --no-pictures; after the parsing.
+  bool pictures() const { return !outcome_->no_pictures; }
 
   /// The options added so far, those of groups left out.
   std::vector<Option> options() const;
@@ -101,8 +104,9 @@ class CommandLine : public Command {
 
   /// `--version` prints this text.
   void version(const std::string& text);
-  /// `--threads N`, before or after the name of the command, limits the threads of its action.
-  void thread_limit();
+  /// What every command takes, before or after its name: `--threads N` limits the threads of its
+  /// action, `--no-pictures` is for those that draw.
+  void common_options();
   /// Reads the options and runs the action of the command. Returns the exit code if the program
   /// shall end: that of the action, 0 after the help, 2 after a message on the error stream if the
   /// command line is wrong. Returns nothing if no command has an action. Exceptions of the action

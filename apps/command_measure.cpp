@@ -22,7 +22,7 @@ struct MeasureOptions {
   std::string result, out;
   double support = 0.0;
   std::vector<double> centre;
-  bool json = false, no_picture = false;
+  bool json = false, pictures = true;
 };
 
 MeasureConfig config_of(const MeasureOptions& o) {
@@ -69,7 +69,7 @@ void run_command(const MeasureOptions& o) {
   const ResultMeasures measures = measure_result(o.result, config_of(o), methods_of_this_build());
   const fs::path out = output_folder(o);
   write_measure_tables(measures, out);
-  if (!o.no_picture) draw_measures(measures, o.result, out);
+  if (o.pictures) draw_measures(measures, o.result, out);
   const std::string text = measures_text(measures);
   AtomicFile file(out / "measures.json");
   file.write(text);
@@ -90,9 +90,9 @@ void add_measure_options(const Command& command) {
       .positive();
   command.option("--centre", o->centre, "Centre of the support, x and y, m").words(2);
   command.option("--out", o->out, "Folder for tables and pictures (default: RESULT/measures)");
-  command.flag("--no-picture", o->no_picture, "Draw no pictures");
   command.flag("--json", o->json, "Print measures.json");
-  command.action([o] {
+  command.action([o, command] {
+    o->pictures = command.pictures();
     run_command(*o);
     return 0;
   });

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 struct RepairOptions {
   std::string mesh, against, out;
-  double unit = 1.0, clearance = RepairConfig{}.clearance;
+  double unit = 1.0;
   bool json = false;
 };
 
@@ -153,7 +153,7 @@ int repair_command(RepairOptions o) {
   if (suffix(o.out) != ".obj" && suffix(o.out) != ".ply")
     throw std::invalid_argument(o.out + ": --out must end in .obj or .ply");
   const TriangleMesh mesh = read(o, o.mesh), body = read(o, o.against);
-  const RepairResult result = repair_garment(mesh, body, {.clearance = o.clearance});
+  const RepairResult result = repair_garment(mesh, body);
   write(o, mesh, result.x);
   if (o.json)
     print_escaped("{}\n", to_json(o, result).dump(2));
@@ -171,9 +171,6 @@ void add_repair_options(const Command& command) {
       "--out", options->out,
       "Repaired mesh, OBJ or PLY (default: MESH_repaired); an OBJ file keeps all but its "
       "vertices");
-  command.option("--clearance", options->clearance, "Distance from the body, m")
-      .positive()
-      .show_default();
   command.option("--unit", options->unit, "Metres per unit of both files")
       .positive()
       .show_default();

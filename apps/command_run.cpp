@@ -35,7 +35,7 @@ struct RunOptions {
   double budget = 0.0;
   int max_steps = 0;
   std::optional<int> stall_steps;
-  bool resume = false, overwrite = false, every_step = false, json = false, no_picture = false;
+  bool resume = false, overwrite = false, every_step = false, json = false, pictures = true;
   QueryRecorderConfig record;
 };
 
@@ -159,7 +159,7 @@ int run_command(const RunOptions& options) {
   const RunResult result = run_or_explain(scene, config, bar);
   bar.clear();
   recording.write();
-  if (!options.no_picture) draw(config.out, result.frames - 1);
+  if (options.pictures) draw(config.out, result.frames - 1);
   if (options.json)
     print_file(config.out / "result.json");
   else
@@ -194,8 +194,10 @@ void add_run_options(const Command& command) {
       .range(0, 1'000'000'000);
   add_record_options(command, options->record);
   command.flag("--json", options->json, "Print result.json");
-  command.flag("--no-picture", options->no_picture, "Draw no pictures");
-  command.action([options] { return run_command(*options); });
+  command.action([options, command] {
+    options->pictures = command.pictures();
+    return run_command(*options);
+  });
 }
 
 }  // namespace

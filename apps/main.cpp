@@ -28,7 +28,7 @@ int run_command_line(int argc, char** argv) {
       "Find cloth collisions exactly, and simulate cloth that never passes through anything.",
       "selvedge");
   app.version(version_text());
-  app.thread_limit();
+  app.common_options();
   for (const selvedge::ProgramCommand& command : selvedge::program_commands())
     command.add_options(app.subcommand(command.name, command.purpose));
   std::optional<int> exit_code;

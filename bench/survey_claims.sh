@@ -85,10 +85,10 @@ frames_to_balance() {
 balance() {
   say "C1: time until the square held at two corners is at balance, 36 cells (1 mm/s: 1e-7 J)"
   local turn pattern frames
-  local run=("$build/apps/selvedge" run data/meshes/hang.json --threads 1 --no-picture --set 'geometry.0.cells=[36,36]')
+  local run=("$build/apps/selvedge" run data/meshes/hang.json --threads 1 --no-pictures --set 'geometry.0.cells=[36,36]')
   for pattern in rectangular simplified triangular responsive; do
     measure "${run[@]}" --set time.frames=300 --set "geometry.0.pattern=$pattern" --out "$out/$pattern" >/dev/null
-    "$build/apps/selvedge" measure "$out/$pattern" --no-picture >/dev/null
+    "$build/apps/selvedge" measure "$out/$pattern" --no-pictures >/dev/null
     frames=$(frames_to_balance "$out/$pattern")
     echo "$pattern: at balance after $frames frames of 0.1 s"
     echo "$pattern $frames" >>"$out/frames"
@@ -267,13 +267,13 @@ seconds_of() { sed -n 's/^ *"wall_s": *\([0-9.e+-]*\),*$/\1/p' "$1/result.json";
 adaptive() {
   say "C19: 12 x 12 cells that are split once where they bend, against 24 x 24, and against 12 x 12"
   local turn cells angle
-  printf '\nselvedge run data/scenes/adaptive.json --threads 1 --no-picture --set time.frames=60'
+  printf '\nselvedge run data/scenes/adaptive.json --threads 1 --no-pictures --set time.frames=60'
   printf ' --set geometry.0.refine.levels=1 --set geometry.0.cells=[N,N] --set geometry.0.refine.angle_deg=A\n'
   echo "(N, A: 24, 179, which splits nothing; 12, 179; 12, 12)"
   for turn in $(seq "$turns"); do
     for cells in 24,179 12,179 12,12; do
       angle=${cells#*,}
-      "$build/apps/selvedge" run data/scenes/adaptive.json --threads 1 --no-picture --set time.frames=60 \
+      "$build/apps/selvedge" run data/scenes/adaptive.json --threads 1 --no-pictures --set time.frames=60 \
         --set geometry.0.refine.levels=1 --set "geometry.0.cells=[${cells%,*},${cells%,*}]" \
         --set "geometry.0.refine.angle_deg=$angle" --out "$out/adaptive" >/dev/null
       echo "$cells $(seconds_of "$out/adaptive")" >>"$out/seconds"
@@ -284,11 +284,11 @@ adaptive() {
   awk '$1 == "24,179" { base = $2 } { print "adaptive", $1, $2 / base }' "$out/seconds" |
     quartiles "seconds over those of 24 x 24 cells:"
   say "C19: 16 x 16 cells, split twice once they are at rest, against 64 x 64 from the start"
-  printf '\nselvedge run data/scenes/multi_level.json --threads 1 --no-picture --set geometry.0.cells=[N,N] --set geometry.0.refine.speed=V\n'
+  printf '\nselvedge run data/scenes/multi_level.json --threads 1 --no-pictures --set geometry.0.cells=[N,N] --set geometry.0.refine.speed=V\n'
   echo "(N, V: 64, 1e-6, which splits nothing; 16, 0.12)"
   for turn in $(seq "$turns"); do
     for cells in 64,1e-6 16,0.12; do
-      "$build/apps/selvedge" run data/scenes/multi_level.json --threads 1 --no-picture \
+      "$build/apps/selvedge" run data/scenes/multi_level.json --threads 1 --no-pictures \
         --set "geometry.0.cells=[${cells%,*},${cells%,*}]" --set "geometry.0.refine.speed=${cells#*,}" --out "$out/level" >/dev/null
       echo "$cells $(seconds_of "$out/level")"
       rm -rf "$out/level"
@@ -326,8 +326,8 @@ elements() {
 
 strains() {
   say "C30: strain of the faces and of the springs of five fabrics, by frame"
-  measure "$build/apps/selvedge" run data/experiments/xii_ji.json --out "$out/strains" --no-picture
-  measure "$build/apps/selvedge" measure "$out/strains" --no-picture
+  measure "$build/apps/selvedge" run data/experiments/xii_ji.json --out "$out/strains" --no-pictures
+  measure "$build/apps/selvedge" measure "$out/strains" --no-pictures
   local table=$out/strains/measures/energy.csv
   head -n 1 "$table"
   awk 'NR > 1 && (NR - 2) % 15 == 0' "$table"

@@ -72,7 +72,7 @@ def figure(program, folder, name, integrator, steps):
     run = [program, "run", file, "--out", out, "--set", f"solver.integrator={integrator}", "--set", f"time.steps_per_frame={steps}"]
     if subprocess.run(run, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode != 0:
         return None
-    subprocess.run([program, "measure", out, "--no-picture"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([program, "measure", out, "--no-pictures"], check=True, stdout=subprocess.DEVNULL)
     with open(out / "measures" / "energy.csv") as rows:
         return measure([float(row["kinetic_J"]) for row in csv.DictReader(rows)])
 

@@ -38,7 +38,7 @@ declare -A pictures=([twist]=40 [ring]=36 [stack]=30 [knot]=36 [pinch]=30)
 film() {
   local name=$1 run=$work/$1 out=docs/images/extreme_$1.gif
   if [[ ! -f $run/result.json ]]; then
-    "$program" run "data/extreme/${scene[$name]}.json" --out "$run" --overwrite --no-picture
+    "$program" run "data/extreme/${scene[$name]}.json" --out "$run" --overwrite --no-pictures
   fi
   local frames step
   frames=$(find "$run/frames" -name '*.ply' | wc -l)

@@ -52,7 +52,7 @@ def drop(columns):
 
 def folds(radius):
     """Maxima of the radius of the hem, seen from above."""
-    done = subprocess.run([PROGRAM, "measure", RESULT, "--support", str(radius), "--centre", "0", "0", "--no-picture",
+    done = subprocess.run([PROGRAM, "measure", RESULT, "--support", str(radius), "--centre", "0", "0", "--no-pictures",
                            "--json"], capture_output=True, text=True, check=True)
     return json.loads(done.stdout)["drape"]["fold_maxima"]
 

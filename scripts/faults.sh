@@ -20,7 +20,7 @@ failed=0
 say() { printf '%-34s %s\n' "$1" "$2"; }
 fail() { say "$1" "WRONG: $2"; failed=1; }
 hash_of() { grep -o '"state_hash" *: *"[0-9a-f]*"' "$1/result.json" 2>/dev/null | tr -d '" ' | sed 's/.*://'; }
-command=("$program" run "$work/scene.json" --no-picture)
+command=("$program" run "$work/scene.json" --no-pictures)
 run() { "${command[@]}" "$@"; }
 
 run --out "$work/whole" >/dev/null 2>&1
@@ -111,7 +111,7 @@ wait "$child"
 for name in "with space" "it's" 'a"b' '$(touch owned)' 'ünïcödé 布' '-dash' $'line\nend'; do
   mkdir -p "$work/odd/$name"
   cp "$work/scene.json" "$work/odd/$name/scene.json"
-  if "$program" run "$work/odd/$name/scene.json" --no-picture --set time.frames=1 --out "$work/odd/$name/out" >"$work/log" 2>&1 &&
+  if "$program" run "$work/odd/$name/scene.json" --no-pictures --set time.frames=1 --out "$work/odd/$name/out" >"$work/log" 2>&1 &&
     "$program" check "$work/odd/$name/out" >"$work/log" 2>&1; then
     :
   else

@@ -132,7 +132,7 @@ def run(program, scene, folder, budget):
     with open(file, "w", encoding="utf-8") as out:
         json.dump(scene, out)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([program, "run", file, "--out", os.path.join(folder, "result"), "--threads", "1", "--no-picture", "--overwrite",
+    done = subprocess.run([program, "run", file, "--out", os.path.join(folder, "result"), "--threads", "1", "--no-pictures", "--overwrite",
                            "--json", "--budget", str(budget)], capture_output=True, text=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime - before.ru_utime

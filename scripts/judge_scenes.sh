@@ -84,7 +84,7 @@ for scene in "${scenes[@]}"; do
   mkdir -p out/judged
   log=out/judged/$name.log
   code=0
-  "$selvedge" run "$scene" --out "$out" --overwrite --every-step --no-picture "${overrides[@]}" >"$log" 2>&1 || code=$?
+  "$selvedge" run "$scene" --out "$out" --overwrite --every-step --no-pictures "${overrides[@]}" >"$log" 2>&1 || code=$?
   if [ "$code" -eq 2 ] && grep -q 'scripts/fetch_bodies.sh' "$log"; then
     notes+=("$name was left out: its body is not there; scripts/fetch_bodies.sh fetches it")
     rm -f "$log"

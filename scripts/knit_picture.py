@@ -25,7 +25,7 @@ DENSITY = 909.0  # kg/m³ of the yarn, the default
 def particles(folder):
     """Positions in the state after one frame, in which the swatch still falls without touching anything."""
     program = os.environ.get("SELVEDGE", ROOT / "build/release/apps/selvedge")
-    subprocess.run([program, "run", SCENE, "--out", folder, "--no-picture", "--set", "time.frames=1"], check=True,
+    subprocess.run([program, "run", SCENE, "--out", folder, "--no-pictures", "--set", "time.frames=1"], check=True,
                    capture_output=True)
     data = (pathlib.Path(folder) / "checkpoint.ply").read_bytes()
     begin = data.index(b"end_header\n") + len("end_header\n")

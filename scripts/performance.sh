@@ -138,7 +138,7 @@ def run(program, scene):
     out = os.path.join(WORK, "result")
     shutil.rmtree(out, ignore_errors=True)
     with open(os.path.join(WORK, "log"), "w") as log:
-        child = subprocess.Popen([program, "run", scene, "--out", out, "--no-picture", "--threads", THREADS],
+        child = subprocess.Popen([program, "run", scene, "--out", out, "--no-pictures", "--threads", THREADS],
                                  stdout=log, stderr=subprocess.STDOUT)
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)

@@ -57,7 +57,7 @@ hash_of() {
   local program=$1 scene=$2 threads=$3 out=$work/out
   rm -rf "$out"
   # shellcheck disable=SC2086
-  "${emulator[@]}" "$program" run "data/scenes/$scene.json" --out "$out" --no-picture --threads "$threads" ${options[$scene]} \
+  "${emulator[@]}" "$program" run "data/scenes/$scene.json" --out "$out" --no-pictures --threads "$threads" ${options[$scene]} \
     >"$work/log" 2>&1 || true
   { grep -o '"state_hash" *: *"[0-9a-f]*"' "$out/result.json" 2>/dev/null || echo '"failed"'; } | tr -d '" ' | sed 's/.*://'
 }

@@ -256,7 +256,7 @@ def attempt(scene, families, config, folder):
     file, out = os.path.join(folder, "scene.json"), os.path.join(folder, "result")
     with open(file, "w") as text:
         json.dump(scene, text, indent=1)
-    run = Watched([config.program, "run", file, "--out", out, "--every-step", "--no-picture", "--threads",
+    run = Watched([config.program, "run", file, "--out", out, "--every-step", "--no-pictures", "--threads",
                    str(config.threads), "--max-steps", str(config.steps)], config.budget)
     end = run.said.splitlines()[-1] if run.said else ""
     if run.too_long:

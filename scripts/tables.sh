@@ -453,7 +453,7 @@ def run(scene, pattern, cells, *sets):
     out = os.path.join(RESULTS, f"{scene}_{pattern}_{cells[0]}_{'_'.join(sets)}".replace("/", "_"))
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     settings = [f"geometry.0.pattern={pattern}", f"geometry.0.cells=[{cells[0]},{cells[1]}]", *sets]
-    command = [PROGRAM, "run", f"data/meshes/{scene}.json", "--out", out, "--threads", "1", "--no-picture"]
+    command = [PROGRAM, "run", f"data/meshes/{scene}.json", "--out", out, "--threads", "1", "--no-pictures"]
     for value in settings:
         command += ["--set", value]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -861,9 +861,9 @@ def run(*words):
 
 def seconds_to_balance(pattern):
     out = os.path.join(WORK, pattern)
-    run("run", "data/meshes/hang.json", "--threads", "1", "--no-picture", "--set", "geometry.0.cells=[36,36]",
+    run("run", "data/meshes/hang.json", "--threads", "1", "--no-pictures", "--set", "geometry.0.cells=[36,36]",
         "--set", f"geometry.0.pattern={pattern}", "--set", "time.frames=300", "--out", out)
-    run("measure", out, "--no-picture")
+    run("measure", out, "--no-pictures")
     with open(os.path.join(out, "measures", "energy.csv")) as table:
         return max(float(row["time_s"]) for row in csv.DictReader(table) if float(row["kinetic_J"]) > REST)
 

@@ -41,7 +41,7 @@ class InterruptedProgram : public Program {
   /// Starts a run of many frames.
   pid_t start(const std::string& out) const {
     const fs::path scene = folder_ / "small.json", target = folder_ / out;
-    std::vector<std::string> words = {program, "run",  scene.string(), "--no-picture",
+    std::vector<std::string> words = {program, "run",  scene.string(), "--no-pictures",
                                       "--out", target, "--set",        "time.frames=90000"};
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
@@ -137,7 +137,7 @@ TEST_F(Program, EveryPublishedSceneStarts) {
     if (text.find("\"lower\"") != std::string::npos)
       coarse += " --set geometry.lower.cells=[12,12]";
     const Outcome o =
-        run("run '" + scene.string() + "' --no-picture --out r_" + scene.stem().string() + coarse);
+        run("run '" + scene.string() + "' --no-pictures --out r_" + scene.stem().string() + coarse);
     if (o.err.find("fetch_bodies.sh") != std::string::npos) continue;
     EXPECT_EQ(o.code, 0) << scene << ": " << o.err;
   }
@@ -238,6 +238,8 @@ TEST_F(Program, FindsTheSpringsOfANet) {
   EXPECT_TRUE(found["constants"].contains("shear_stiffness"));
   EXPECT_EQ(found["method"], "nelder_mead");
   EXPECT_SAYS(run("identify --trial hanging").err, "stretch, shear or bend");
+  for (const char* sizes : {"0,2,4", "3,2", "3,2,5", "3,2000,4"})
+    EXPECT_SAYS(run("identify --genetic " + std::string(sizes)).err, "an even number from 4");
   EXPECT_SAYS(run("identify --trial hanging --constants bend_length").err, "needs a target");
 }
 
@@ -258,7 +260,7 @@ TEST_F(Program, TheSceneInTheResultRunsToTheSameBits) {
   ASSERT_EQ(run_small("a").code, 0);
   fs::create_directory(folder_ / "elsewhere");
   fs::copy(folder_ / "a/scene.json", folder_ / "elsewhere/copy.json");
-  ASSERT_EQ(run("run elsewhere/copy.json --no-picture --out b").code, 0);
+  ASSERT_EQ(run("run elsewhere/copy.json --no-pictures --out b").code, 0);
   EXPECT_EQ(result("a")["state_hash"], result("b")["state_hash"]);
 }
 
@@ -450,7 +452,7 @@ TEST_F(Program, AResultOfTheFirstVersionIsResumedAndMeasured) {
                       set = "--set contact.response=" + response + " --set time.frames=";
     ASSERT_EQ(run_small(part, set + "2").code, 0);
     age_result(folder_ / part, 1000.0);
-    EXPECT_EQ(run("measure " + part + " --no-picture").code, 0);
+    EXPECT_EQ(run("measure " + part + " --no-pictures").code, 0);
     const Outcome resumed = run_small(part, set + "4 --resume");
     ASSERT_EQ(resumed.code, 0) << resumed.err;
     ASSERT_EQ(run_small(whole, set + "4").code, 0);
@@ -639,7 +641,7 @@ TEST_F(Program, ClothInsideAClosedBodyOnlyIsRefused) {
       "cells": [4, 4]}], "time": {"frames": 1}, "obstacles": [)" +
                          c.bodies + "]}");
     const std::string out = std::string("r_") + c.name;
-    const Outcome o = run("run in.json --no-picture --out " + out);
+    const Outcome o = run("run in.json --no-pictures --out " + out);
     if (c.refused) {
       EXPECT_EQ(o.code, 2) << o.out;
       EXPECT_SAYS(o.err, "vertex 0 of cloth \"flag\"");

@@ -60,7 +60,7 @@ class DressProgram : public Program {
     return sum / static_cast<double>(mesh.vertices.size());
   }
 
-  const std::string options_ = " --up z --resolution 0.06 --no-picture";
+  const std::string options_ = " --up z --resolution 0.06 --no-pictures";
   const std::string poses_ = " --pose pose_1.obj pose_2.obj pose_3.obj pose_4.obj --pose-lead 0.1";
 };
 
@@ -69,7 +69,7 @@ TEST_F(DressProgram, ABodyOfNoPersonsHeightIsRefusedWithARemedy) {
     TriangleMesh mesh = pyramid(0.0);  // 0.6 x 0.5 x 0.6 m
     for (Vec3& x : mesh.vertices) x = x.cwiseProduct(scale);
     write_obj(folder_ / "other.obj", mesh.vertices, mesh.triangles);
-    return run("dress tube.json other.obj --out out --no-picture" + options);
+    return run("dress tube.json other.obj --out out --no-pictures" + options);
   };
   EXPECT_REFUSED(answer(Vec3(1, 0.5, 2), " --up y"), "is 0.25 m tall with --unit 1 and --up y");
   EXPECT_REFUSED(answer(Vec3(1, 0.5, 2), " --up y"), "such as --up z");

@@ -37,7 +37,7 @@ PYTHON
 for name in $(grep -v '^#' "$folder/first/list.txt"); do
   code=0
   "$program" dress "$folder/first/$name" "$source/data/bodies/mannequin_arms_out.ply" --up z --resolution 0.05 --budget 0.001 \
-    --no-picture --out "$folder/out" >"$folder/log" 2>&1 || code=$?
+    --no-pictures --out "$folder/out" >"$folder/log" 2>&1 || code=$?
   [ "$code" = 1 ] || { cat "$folder/log"; fail "$name is not read, exit code $code"; }
 done
 

@@ -84,7 +84,7 @@ class Program : public ::testing::Test {
   /// The same for the small scene without pictures; writes into the folder `out`.
   Outcome run_small(const std::string& out, const std::string& more = "",
                     const std::string& before = "") const {
-    return run("run small.json --no-picture --out " + out + " " + more, before);
+    return run("run small.json --no-pictures --out " + out + " " + more, before);
   }
 
   Json result(const std::string& out) const {

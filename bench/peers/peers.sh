@@ -61,7 +61,7 @@ TIMEFORMAT='%U %S'
 for scene in "${scenes[@]}"; do
   folder=$out/$scene
   { time run_peer selvedge "$folder/selvedge.log" "$program" run "$folder/scene.json" --out "$folder/selvedge" \
-      --threads 1 --overwrite --no-picture; } 2>"$folder/selvedge.seconds"
+      --threads 1 --overwrite --no-pictures; } 2>"$folder/selvedge.seconds"
   if [ -n "$blender" ]; then
     run_peer Blender "$folder/blender.log" blender -b --factory-startup -t 1 --python-exit-code 1 \
       --python "$root/bench/peers/peer_blender.py" -- "$folder"

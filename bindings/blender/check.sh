@@ -34,7 +34,7 @@ if [ "$check" = files ]; then
  "time": {"frames": 30},
  "output": {"formats": ["gltf", "mdd", "obj", "pc2"]}}
 SCENE
-  "$program" run "$work/scene.json" --no-picture --out "$work/result" >/dev/null
+  "$program" run "$work/scene.json" --no-pictures --out "$work/result" >/dev/null
   HOME=$work blender -b --factory-startup --python-exit-code 1 --python bindings/blender/check.py -- "$work/result" 2>&1 |
     grep -v '^Blender\|^Info\|^$\|Data are loaded\|glTF import finished'
 else

@@ -337,7 +337,7 @@ class Bake:
         try:
             self.motion = export_scene(context, self.folder)
             self.frames = context.scene.frame_end - context.scene.frame_start
-            command = [program_path(context), "run", "scene.json", "--no-picture", "--out", "result"]
+            command = [program_path(context), "run", "scene.json", "--no-pictures", "--out", "result"]
             self.errors = open(self.folder / "errors.txt", "wb")
             self.process = subprocess.Popen(
                 command, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=self.errors, stdin=subprocess.DEVNULL

@@ -421,7 +421,7 @@ TEST_F(CompareCells, CellsThatAreSplitAreComparedByStartingPoints) {
   EXPECT_GE(particles(1), particles(0));
   // The same ball below: they lie within a fifth of the cloth of each other.
   EXPECT_LT(rows[1]["deviation"].get<double>(), 0.2);
-  ASSERT_EQ(run("run " + adaptive + "--set geometry.0.refine.levels=1 --no-picture --out r").code,
+  ASSERT_EQ(run("run " + adaptive + "--set geometry.0.refine.levels=1 --no-pictures --out r").code,
             0);
   EXPECT_EQ(result("r")["state_hash"], rows[0]["state_hash"]) << "it is the run that `run` makes";
 }

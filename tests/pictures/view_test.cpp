@@ -171,7 +171,7 @@ class View : public Program {
 
 TEST_F(View, ThePageNeedsNothingButItselfAndEscapesNames) {
   const std::string name = "</script><img src=x onerror=fail()>%DATA% 'a' \"b\"";
-  ASSERT_EQ(run("run small.json --no-picture --out r").code, 0);
+  ASSERT_EQ(run("run small.json --no-pictures --out r").code, 0);
   // `run` refuses such a name, but a result folder may come from anywhere.
   Json scene = Json::parse(content(folder_ / "r/scene.json"));
   scene["name"] = name;
@@ -210,7 +210,7 @@ TEST_F(View, TheContactPressureOfARestingSheetCarriesItsWeight) {
     "obstacles": [{"shape": {"type": "box", "size": [1, 1, 0.1]}, "transformation": {"translation": [0, 0, -0.05]}}],
     "output": {"formats": [{"type": "ply", "pressure": true}]},
     "time": {"frames": 40}})");
-  ASSERT_EQ(run("run rest.json --no-picture --out r").code, 0);
+  ASSERT_EQ(run("run rest.json --no-pictures --out r").code, 0);
   std::vector<NamedValues> values;
   const TriangleMesh cloth = read_ply(folder_ / "r/frames/cloth_00040.ply", values);
   const std::vector<double> area = vertex_areas(cloth.vertices, cloth.triangles);
@@ -260,7 +260,7 @@ const char* const kPinch = R"({
 
 TEST_F(View, AFailureBundleShowsThePairsThatCollide) {
   write("pinch.json", kPinch);
-  ASSERT_EQ(run("run pinch.json --no-picture --out p").code, 1);
+  ASSERT_EQ(run("run pinch.json --no-pictures --out p").code, 1);
   ASSERT_EQ(run("view p").code, 0);
   const Json whole = data_of(page("p/view.html"))[0];
   EXPECT_SAYS(whole["notes"].dump(), "This run stopped: ");
@@ -339,7 +339,7 @@ class ViewInABrowser : public View {
 };
 
 TEST_F(ViewInABrowser, FramesDifferInTimeAndFollowSliderAndKeys) {
-  ASSERT_EQ(run("run small.json --no-picture --out r --set time.frames=20").code, 0);
+  ASSERT_EQ(run("run small.json --no-pictures --out r --set time.frames=20").code, 0);
   ASSERT_EQ(run("view r --out a.html").code, 0);
   auto end = opened("a.html", "frame=20&probe=1");
   EXPECT_EQ(end["frame"], "20");

@@ -112,7 +112,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         (work / "scene.json").write_text(json.dumps(SCENE))
-        subprocess.run([program, "run", "scene.json", "--out", "result", "--no-picture"], cwd=work, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([program, "run", "scene.json", "--out", "result", "--no-pictures"], cwd=work, check=True, stdout=subprocess.DEVNULL)
         result = work / "result"
 
         def read(file, *frames):

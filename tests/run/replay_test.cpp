@@ -58,7 +58,7 @@ class Replay : public Program {
   }
 
   Outcome pinch(const std::string& out, const std::string& more = "") const {
-    return run("run pinch.json --no-picture --out " + out + " " + more);
+    return run("run pinch.json --no-pictures --out " + out + " " + more);
   }
 
   Json replayed(const std::string& bundle, const std::string& more = "") const {
@@ -152,7 +152,7 @@ TEST_F(Replay, EveryFailSafeStopsWithWhatSqueezesWhatAndWhatHelps) {
 }
 
 TEST_F(Replay, AHandleThatLeadsClothIntoABodyIsNamed) {
-  const Outcome o = run("run carried.json --no-picture --out c");
+  const Outcome o = run("run carried.json --no-pictures --out c");
   EXPECT_EQ(o.code, 1);
   EXPECT_SAYS(o.err, "handle \"frame\" carries vertex ");
   EXPECT_SAYS(o.err, "of cloth \"sheet\" into body \"table\"");
@@ -239,7 +239,7 @@ TEST_F(Replay, ExplainNamesTheStageSinceWhichAPairCollides) {
 }
 
 TEST_F(Replay, ExplainNamesTheHandleThatCarriesClothIntoABody) {
-  ASSERT_EQ(run("run carried.json --no-picture --out c").code, 1);
+  ASSERT_EQ(run("run carried.json --no-pictures --out c").code, 1);
   const Json explanation = replayed("c", "--explain")["explanation"];
   const Json& culprit = explanation["culprits"][0];
   EXPECT_EQ(culprit["kind"], "carry") << explanation;
@@ -327,7 +327,7 @@ const char* const kTangled = R"({
 
 TEST_F(Replay, ARunStoppedAmidATangleResumesToTheSameBits) {
   write("tangled.json", kTangled);
-  const std::string all = "run tangled.json --no-picture --out ";
+  const std::string all = "run tangled.json --no-pictures --out ";
   run(all + "whole");
   ASSERT_GT(result("whole")["tangle"]["start_pairs"], 0);
   ASSERT_EQ(run(all + "part --max-steps 3").code, 1);

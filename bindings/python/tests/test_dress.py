@@ -19,7 +19,7 @@ def test_a_garment_is_that_of_the_program(tmp_path, program):
     made = selvedge.dress(PATTERN, BODY, tmp_path / "python", **COARSE)
     subprocess.run(
         [program, "dress", PATTERN, BODY, "--out", tmp_path / "program", "--resolution", "0.06",
-         "--up", "z", "--no-picture"],
+         "--up", "z", "--no-pictures"],
         check=True,
         capture_output=True,
     )

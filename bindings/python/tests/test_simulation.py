@@ -93,7 +93,7 @@ def test_the_simulation_has_the_bits_of_the_program(program, tmp_path, scene, ch
     for path, value in changes.items():
         sets += ["--set", f"{path}={json.dumps(value)}"]
     run = subprocess.run(
-        [program, "run", scene, "--out", tmp_path / "out", "--no-picture", *sets],
+        [program, "run", scene, "--out", tmp_path / "out", "--no-pictures", *sets],
         capture_output=True,
         text=True,
     )

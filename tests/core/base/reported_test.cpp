@@ -64,14 +64,14 @@ TEST_F(Reported, ARunDoesNotWriteThroughLinksInItsFolder) {
 TEST_F(Reported, ARestGapOfManyCellsIsRefusedWithOneThatWorks) {
   write("tiny.json", R"({"geometry": [{"name": "c", "size": [0.001, 0.001], "cells": [40, 40]}],
                          "time": {"frames": 1}})");
-  const std::string command = "run tiny.json --no-picture --out t";
+  const std::string command = "run tiny.json --no-pictures --out t";
   EXPECT_REFUSED(run(command, "timeout 20"), "use a rest gap of at most ");
   const std::string mark = "at most ", sentence = run(command).err;
   const auto at = sentence.find(mark) + mark.size();
   const std::string gap = sentence.substr(at, sentence.find(' ', at) - at);
-  EXPECT_EQ(run("run tiny.json --no-picture --out t --set contact.rest_gap=" + gap).code, 0);
+  EXPECT_EQ(run("run tiny.json --no-pictures --out t --set contact.rest_gap=" + gap).code, 0);
   // Without contacts of the cloth with itself, its cells do not matter.
-  EXPECT_EQ(run("run tiny.json --no-picture --out u --set contact.self=false").code, 0);
+  EXPECT_EQ(run("run tiny.json --no-pictures --out u --set contact.self=false").code, 0);
 }
 
 TEST_F(Reported, VerticesOfASequenceThatChangePlacesAreSaid) {
@@ -80,10 +80,10 @@ TEST_F(Reported, VerticesOfASequenceThatChangePlacesAreSaid) {
         "v 0 1 0\nv 0.5 0.5 0.5\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
         "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
   write("leap.json", scene_with(R"("obstacles": [{"sequence": {"files": "b_##.obj", "fps": 1}}])"));
-  const Outcome outcome = run("run leap.json --no-picture --out l");
+  const Outcome outcome = run("run leap.json --no-pictures --out l");
   EXPECT_SAYS(outcome.err, "b_01.obj the vertices change places");
   write("b_01.obj", obj_file(0.6));
-  EXPECT_EQ(run("run leap.json --no-picture --out m").err.find("places"), std::string::npos);
+  EXPECT_EQ(run("run leap.json --no-pictures --out m").err.find("places"), std::string::npos);
 }
 
 // -- words ----------------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ TEST_F(Reported, TheCommandOfACellSetsEachValueOnce) {
 TEST_F(Reported, ANameThatLeavesTheResultFolderIsRefused) {
   for (const std::string name : {"../../evil", "/tmp/evil", "..", ".", "a/b"}) {
     write("name.json", scene_with("\"name\": \"" + name + "\""));
-    EXPECT_REFUSED(run("run name.json --no-picture"), "cannot be the name of a folder");
+    EXPECT_REFUSED(run("run name.json --no-pictures"), "cannot be the name of a folder");
     EXPECT_REFUSED(run("compare name.json --vary dt=0.01"), "cannot be the name of a folder");
   }
   EXPECT_FALSE(exists("out"));
@@ -143,7 +143,7 @@ TEST_F(Reported, ControlCharactersOfASceneNeverReachTheTerminal) {
            "\"obstacles\": [{\"name\": \"a\\u0085b\", \"shape\": {\"type\": \"plane\"}}]",
            "\"obstacles\": [{\"mesh\": \"" + escape + ".obj\"}]"}) {
     write("control.json", scene_with(more));
-    const Outcome outcome = run("run control.json --no-picture");
+    const Outcome outcome = run("run control.json --no-pictures");
     EXPECT_REFUSED(outcome, "control character");
     EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos);
     EXPECT_EQ(outcome.err.find("\xc2\x85"), std::string::npos);
@@ -168,7 +168,7 @@ TEST_F(Reported, NamesOfFilesAndGroupsReachTheTerminalWithoutEscapes) {
                                 "info " + quoted,
                                 "check '" + name + ".obj'",
                                 "check '" + name + ".obj' --json",
-                                "run '" + name + ".json' --no-picture --out " + quoted,
+                                "run '" + name + ".json' --no-pictures --out " + quoted,
                                 "run '" + name + ".json' --resume --out " + quoted,
                                 "plan '" + name + ".json'",
                                 "view " + quoted,
@@ -210,7 +210,8 @@ TEST_F(Reported, CommandsThatAreNamedCanBePasted) {
   ASSERT_NE(begin, std::string::npos) << advised.out;
   std::string command = advised.out.substr(begin, advised.out.find('\n', begin) - begin);
   command.replace(0, std::string("selvedge").size(), "'" + program + "'");
-  command = "cd '" + folder_.string() + "' && " + command + " --no-picture --out pasted >said 2>&1";
+  command =
+      "cd '" + folder_.string() + "' && " + command + " --no-pictures --out pasted >said 2>&1";
   EXPECT_EQ(std::system(command.c_str()), 0) << command << content(folder_ / "said");
   EXPECT_FALSE(exists("owned"));
   EXPECT_EQ(result("pasted")["frames"], 2);
@@ -222,11 +223,11 @@ TEST_F(Reported, ASequenceWithAGapIsRefused) {
   for (const char* name : {"b_00.obj", "b_01.obj", "b_03.obj", "other_07.obj", "b_x.obj"})
     write(name, obj_file(0.2));
   write("gap.json", scene_with(R"("obstacles": [{"sequence": {"files": "b_##.obj"}}])"));
-  EXPECT_REFUSED(run("run gap.json --no-picture --out r"),
+  EXPECT_REFUSED(run("run gap.json --no-pictures --out r"),
                  "number 2 is missing although b_03.obj exists");
   EXPECT_FALSE(exists("r"));
   fs::remove(folder_ / "b_03.obj");
-  EXPECT_EQ(run("run gap.json --no-picture --out r").code, 0);
+  EXPECT_EQ(run("run gap.json --no-pictures --out r").code, 0);
 }
 
 TEST_F(Reported, AByteOrderMarkIsSkippedInEveryMeshFile) {
@@ -329,7 +330,7 @@ TEST_F(Reported, ACompareNamesTheStepThatIsMadeAndMakesItOnce) {
 
 TEST_F(Reported, ASecondRunDoesNotReplaceTheFirstUnlessAsked) {
   ASSERT_EQ(run("run small.json --out r").code, 0);
-  ASSERT_EQ(run("measure r --no-picture").code, 0);
+  ASSERT_EQ(run("measure r --no-pictures").code, 0);
   const std::string before = content(folder_ / "r" / "result.json");
   EXPECT_REFUSED(run_small("r"), "--overwrite");
   EXPECT_EQ(content(folder_ / "r" / "result.json"), before);
@@ -383,9 +384,9 @@ TEST_F(Reported, ResumedSumsHaveTheSameBits) {
     "obstacles": [{"shape": {"type": "sphere", "radius": 0.3, "resolution": 12}}],
     "solver": {"integrator": "symplectic_euler"}, "contact": {"response": "impulse"},
     "time": {"frames": 9, "max_halvings": 12}})");
-  ASSERT_EQ(run("run drop.json --no-picture --out whole").code, 0);
+  ASSERT_EQ(run("run drop.json --no-pictures --out whole").code, 0);
   for (const char* frames : {"3", "5", "9"})
-    ASSERT_EQ(run("run drop.json --no-picture --out parts --set time.frames=" +
+    ASSERT_EQ(run("run drop.json --no-pictures --out parts --set time.frames=" +
                   std::string(frames) + (frames[0] == '3' ? "" : " --resume"))
                   .code,
               0);
@@ -415,11 +416,11 @@ std::string jam_scene(const std::string& still_tangled) {
 
 TEST_F(Reported, BodiesThatCloseOnClothStopTheRunOrFlagIt) {
   write("stop.json", jam_scene("stop"));
-  const Outcome stopped = run("run stop.json --no-picture --out stop");
+  const Outcome stopped = run("run stop.json --no-pictures --out stop");
   EXPECT_EQ(stopped.code, 1);
   EXPECT_SAYS(stopped.err, "jammed: ");
   write("jam.json", jam_scene("carry"));
-  const Outcome carried = run("run jam.json --no-picture --out r");
+  const Outcome carried = run("run jam.json --no-pictures --out r");
   EXPECT_EQ(carried.code, 0) << carried.err;
   EXPECT_SAYS(carried.out, "bodies left cloth no room");
   const Json r = result("r");
@@ -438,9 +439,9 @@ TEST_F(Reported, BodiesThatCloseOnClothStopTheRunOrFlagIt) {
 
 TEST_F(Reported, AJamHasTheSameBitsInPartsAndOnOneThread) {
   write("jam.json", jam_scene("carry"));
-  ASSERT_EQ(run("run jam.json --no-picture --out whole --threads 2").code, 0);
+  ASSERT_EQ(run("run jam.json --no-pictures --out whole --threads 2").code, 0);
   for (const char* more : {"14", "20 --resume", "36 --resume"})
-    ASSERT_EQ(run("run jam.json --no-picture --out parts --threads 1 --set time.frames=" +
+    ASSERT_EQ(run("run jam.json --no-pictures --out parts --threads 1 --set time.frames=" +
                   std::string(more))
                   .code,
               0);
@@ -460,7 +461,7 @@ TEST_F(Reported, ThousandsOfHandlesMakeThePieceOnce) {
       "handles.json", R"({"geometry": [{"size": [1, 1], "cells": [60, 60]}], "time": {"frames": 1},
         "handles": [)" + handles +
                           "]}");
-  const Outcome outcome = run("run handles.json --no-picture --out r", kFewSeconds);
+  const Outcome outcome = run("run handles.json --no-pictures --out r", kFewSeconds);
   EXPECT_EQ(outcome.code, 0) << outcome.err;
 }
 

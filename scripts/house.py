@@ -117,9 +117,9 @@ def main():
         ("scripts", len([n for n in files if n.startswith("scripts/")])),
         ("public headers", len(headers)),
         (f"headers included by {SIMULATION}", len(included(simulation, set()))),
-        ("pages of docs/ (docs/lab/ apart)", len([n for n in files if re.fullmatch(r"docs/(?!lab/).*\.md", n)])),
-        ("words in docs/ (docs/lab/ apart)",
-         sum(len(text(n).split()) for n in files if re.fullmatch(r"docs/(?!lab/).*\.md", n))),
+        ("pages of the manual, docs/", len([n for n in files if re.fullmatch(r"docs/[^/]*\.md", n)])),
+        ("words of the manual, docs/",
+         sum(len(text(n).split()) for n in files if re.fullmatch(r"docs/[^/]*\.md", n))),
         ("words in docs/lab/", sum(len(text(n).split()) for n in files if re.fullmatch(r"docs/lab/.*\.md", n))),
     ]
     if Path(chosen.program).is_file():

@@ -4,6 +4,7 @@
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/scene/internal/scene_text.h>
 #include <selvedge/simulation/detail/rest.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
@@ -159,6 +160,20 @@ TEST(AtRest, QuasiStaticStepsReachTheEquilibriumOfADrape) {
   EXPECT_LT(simulation.rest().unbalanced, 2e-3) << "within what solves and contacts leave";
 }
 
+// Most of its particles lie on the face and bear each other through nothing, so that the error of
+// the solve is all there is.
+TEST(AtRest, ATableClothComesToRest) {
+  Scene scene = drape("quasi_static");
+  scene.cloths[0].shape = ClothGrid{"rectangular", {1.0, 1.0, 30, 30}};
+  scene.cloths[0].placement.translation = Vec3(0.0, 0.0, 0.03);
+  scene.bodies[0].shape = BodyShape{Cylinder{0.32, 0.03}, 96};
+  scene.bodies[0].friction = 0.4;
+  scene.time.frames = 240;
+  Simulation simulation(scene);
+  EXPECT_LT(frames_to_rest(simulation, scene.time.frames), scene.time.frames)
+      << simulation.rest().verdict;
+}
+
 TEST(AtRest, QuasiStaticStepsDoNotRaiseTheEnergy) {
   const Scene scene = drape("quasi_static");
   Simulation simulation(scene);
@@ -219,6 +234,34 @@ TEST(AtRest, ARunEndsThereAndSaysSo) {
   EXPECT_EQ(read.rest.verdict, result.rest.verdict);
   EXPECT_EQ(read.rest.unbalanced, result.rest.unbalanced);
 
+  fs::remove_all(config.out);
+}
+
+TEST(AtRest, AStoppedRunGoesOnToTheSameRest) {
+  namespace fs = std::filesystem;
+  RunConfig config;
+  config.out = fs::path(::testing::TempDir()) / ("selvedge_at_rest_on_" + std::to_string(getpid()));
+  const Scene scene = read_scene_text(R"({
+    "geometry": [{"name": "sheet", "size": [0.6, 0.6], "cells": [12, 12],
+                  "transformation": {"translation": [0.01, 0.005, 0.21]}}],
+    "obstacles": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.2, "resolution": 24}}],
+    "air": {"normal_drag": 1, "viscous_drag": 0.1},
+    "solver": {"integrator": "quasi_static"},
+    "time": {"frames": 600, "until": "rest"}})",
+                                      "drape.json");
+  const RunResult whole = run_scene(scene, config);
+  ASSERT_TRUE(whole.rest.at_rest) << whole.rest.verdict;
+  for (const int stop : {3, 60, static_cast<int>(whole.steps) - 2}) {
+    config.resume = false;
+    config.max_steps = stop;
+    EXPECT_NE(run_scene(scene, config).stopped, "");
+    config.resume = true;
+    config.max_steps = 0;
+    const RunResult resumed = run_scene(scene, config);
+    EXPECT_EQ(resumed.state_hash, whole.state_hash) << stop;
+    EXPECT_EQ(resumed.frames, whole.frames) << stop;
+    EXPECT_EQ(resumed.rest.verdict, whole.rest.verdict) << stop;
+  }
   fs::remove_all(config.out);
 }
 

@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kMaxNodeDepth = 1000;  // far beyond any real scene; a damaged file may be endless
 
-using namespace selvedge::assimp;
+using namespace selvedge::detail;
 
 // Passes the indices on unchecked; the reader of the output checks them. Points and lines, with
 // fewer than three indices, are skipped.

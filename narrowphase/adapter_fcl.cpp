@@ -17,7 +17,7 @@ using Intersect = fcl::detail::Intersect<double>;
 
 struct FclRule {
   double time(const Query& query) const {
-    const auto [x, y, motion] = narrowphase_detail::to_unit_size(query);
+    const auto [x, y, motion] = detail::to_unit_size(query);
     double toi = kNoCollision;
     Vec3 place;
     // Without Newton's method the library misses a fifth of the collisions.
@@ -44,7 +44,7 @@ struct FclRule {
 
 void register_fcl(NarrowPhaseRegistry& registry) {
   registry.add("fcl_vertex_face_edge_edge", {},
-               [](const MethodOptions&) { return narrowphase_detail::per_query(FclRule{}); });
+               [](const MethodOptions&) { return detail::per_query(FclRule{}); });
 }
 
 }  // namespace selvedge

@@ -16,7 +16,7 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::UnitSizePaths;
+using detail::UnitSizePaths;
 
 /// At a thousandth of a primitive's size, few pairs are false alarms, and a step as long as the
 /// primitive needs ten halvings.
@@ -102,8 +102,8 @@ class LibccdRule {
   }
 
   double time(const Query& query) const {
-    const UnitSizePaths paths = narrowphase_detail::to_unit_size(query);
-    const int first = narrowphase_detail::first_count(query.kind);
+    const UnitSizePaths paths = detail::to_unit_size(query);
+    const int first = detail::first_count(query.kind);
     int intervals = 0;
     return first_overlap(paths, first, 0.0, 1.0, intervals);
   }
@@ -147,12 +147,12 @@ class LibccdRule {
 };
 
 void add(NarrowPhaseRegistry& registry, const char* name, Search search) {
-  const MethodOption tolerance = narrowphase_detail::tolerance_option(
+  const MethodOption tolerance = detail::tolerance_option(
       kDefaultTolerance, "1",
       "fraction of the primitives' size that an interval's motion may have; smaller: fewer false "
       "alarms, more intervals");
   registry.add(name, {tolerance}, [search](const MethodOptions& o) {
-    return narrowphase_detail::per_query(LibccdRule(search, o["tolerance"]));
+    return detail::per_query(LibccdRule(search, o["tolerance"]));
   });
 }
 

@@ -31,22 +31,22 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::RelativeQuery;
+using detail::RelativeQuery;
 
 /// Error reserve in the bound of l_p: each displacement is off by at most 2 units for the input and
 /// one rounding of 2, and the mean by as much and two more, in three coordinates, for both
 /// primitives: 2 sqrt(3) (4 + 6) < 35; the rest covers the norms and the sum.
-constexpr double kSpeedError = 64.0 * narrowphase_detail::kRoundoff;
-constexpr double kUp = 1.0 + 16.0 * narrowphase_detail::kRoundoff;
+constexpr double kSpeedError = 64.0 * detail::kRoundoff;
+constexpr double kUp = 1.0 + 16.0 * detail::kRoundoff;
 
 class AdditiveRule {
  public:
   explicit AdditiveRule(const CcdAdditiveConfig& config) : config_(config) {}
 
   double time(const Query& query) const {
-    const RelativeQuery relative = narrowphase_detail::relative_query(query);
+    const RelativeQuery relative = detail::relative_query(query);
     if (relative.one_point) return 0.0;
-    const double separation = narrowphase_detail::scaled_up(config_.min_separation, relative);
+    const double separation = detail::scaled_up(config_.min_separation, relative);
     return advance(relative, separation);
   }
 
@@ -75,15 +75,15 @@ class AdditiveRule {
   }
 
   static double gap(const RelativeQuery& q, double t, double separation) {
-    const auto x = narrowphase_detail::places(q, t);
-    const auto w = narrowphase_detail::vertex_differences(q.edges, x);
-    const double distance = narrowphase_detail::separating_direction(q.edges, x, w).distance;
+    const auto x = detail::places(q, t);
+    const auto w = detail::vertex_differences(q.edges, x);
+    const double distance = detail::separating_direction(q.edges, x, w).distance;
     return distance - separation * kUp;
   }
 
   double advance(const RelativeQuery& q, double separation) const {
     /// The sum t + step is off by at most u; the unused fraction s of the step must exceed that.
-    constexpr double kRounding = 2.0 * narrowphase_detail::kRoundoff;
+    constexpr double kRounding = 2.0 * detail::kRoundoff;
     const double s = config_.gap, l_p = speed(q);
     const double first = gap(q, 0.0, separation);
     double t = 0.0, left = first;
@@ -101,7 +101,7 @@ class AdditiveRule {
 };
 
 void validate(const CcdAdditiveConfig& config) {
-  narrowphase_detail::require_separation(config.min_separation, "ccd_additive");
+  detail::require_separation(config.min_separation, "ccd_additive");
   if (!(config.gap > 0.0 && config.gap < 1.0))
     throw std::invalid_argument(
         "ccd_additive: the gap (tolerance) is " + std::to_string(config.gap) +
@@ -115,12 +115,12 @@ void validate(const CcdAdditiveConfig& config) {
 
 std::unique_ptr<NarrowPhase> make_ccd_additive(const CcdAdditiveConfig& config) {
   validate(config);
-  return narrowphase_detail::per_query(AdditiveRule(config));
+  return detail::per_query(AdditiveRule(config));
 }
 
 std::unique_ptr<NarrowPhase> make_ccd_additive(const NarrowPhaseConfig& config) {
   CcdAdditiveConfig own;
-  own.gap = narrowphase_detail::tolerance_or(config, own.gap, "ccd_additive");
+  own.gap = detail::tolerance_or(config, own.gap, "ccd_additive");
   own.min_separation = config.min_separation;
   return make_ccd_additive(own);
 }
@@ -136,7 +136,7 @@ void register_ccd_additive(NarrowPhaseRegistry& registry) {
                  .above_least = true,
                  .meaning = "fraction of the initial distance at which the method stops; below 1; "
                             "smaller: fewer false alarms, more steps"},
-                narrowphase_detail::min_separation_option()},
+                detail::min_separation_option()},
                [](const MethodOptions& o) {
                  return make_ccd_additive(CcdAdditiveConfig{.gap = o["tolerance"],
                                                             .min_separation = o["min_separation"]});

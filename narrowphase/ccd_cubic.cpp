@@ -21,7 +21,7 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::MovingDifferences;
+using detail::MovingDifferences;
 
 /// If the sum of the coefficients' moduli lies between these bounds, their squares (in the
 /// discriminant) neither over- nor underflow. The same holds for the products of four differences
@@ -32,12 +32,12 @@ class CubicRule {
  public:
   double time(const Query& query) const {
     const MovingDifferences d(query);
-    const std::array<double, 4> c = narrowphase_detail::coplanarity_coefficients(d);
+    const std::array<double, 4> c = detail::coplanarity_coefficients(d);
     const double sum = std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]) + std::abs(c[3]);
     if (sum > kLeastSum && sum < kLargestSum) return first_time(query.kind, d, c);
     int exponent = 0;
-    const MovingDifferences near_1 = narrowphase_detail::differences_in_range(query, exponent);
-    return first_time(query.kind, near_1, narrowphase_detail::coplanarity_coefficients(near_1));
+    const MovingDifferences near_1 = detail::differences_in_range(query, exponent);
+    return first_time(query.kind, near_1, detail::coplanarity_coefficients(near_1));
   }
 
   NarrowPhaseTraits traits() const {
@@ -53,9 +53,9 @@ class CubicRule {
   static double first_time(ContactKind kind, const MovingDifferences& d,
                            const std::array<double, 4>& c) {
     CubicRootEstimates roots;
-    narrowphase_detail::estimate_roots(c, 0.0, roots);
+    detail::estimate_roots(c, 0.0, roots);
     for (int i = 0; i < roots.count; ++i)
-      if (narrowphase_detail::meet(kind, d.at(roots.t[i]), 0.0)) return roots.t[i];
+      if (detail::meet(kind, d.at(roots.t[i]), 0.0)) return roots.t[i];
     return kNoCollision;
   }
 };
@@ -63,8 +63,8 @@ class CubicRule {
 }  // namespace
 
 std::unique_ptr<NarrowPhase> make_ccd_cubic(const NarrowPhaseConfig& config) {
-  narrowphase_detail::refuse_min_separation(config, "ccd_cubic");
-  return narrowphase_detail::per_query(CubicRule());
+  detail::refuse_min_separation(config, "ccd_cubic");
+  return detail::per_query(CubicRule());
 }
 
 void register_ccd_cubic(NarrowPhaseRegistry& registry) {

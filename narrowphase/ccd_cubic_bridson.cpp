@@ -20,8 +20,8 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::Differences;
-using narrowphase_detail::MovingDifferences;
+using detail::Differences;
+using detail::MovingDifferences;
 
 /// Metres: the 10 nm of the paper.
 constexpr double kOwnTolerance = 1e-8;
@@ -32,14 +32,14 @@ class BridsonRule {
 
   double time(const Query& query) const {
     int exponent = 0;
-    const MovingDifferences d = narrowphase_detail::differences_in_range(query, exponent);
+    const MovingDifferences d = detail::differences_in_range(query, exponent);
     const double reach = exponent == 0 ? tolerance_ : std::ldexp(tolerance_, -exponent);
     CubicRootEstimates roots;
-    narrowphase_detail::estimate_roots(narrowphase_detail::coplanarity_coefficients(d),
-                                       narrowphase_detail::coplanarity_error(d), roots);
+    detail::estimate_roots(detail::coplanarity_coefficients(d), detail::coplanarity_error(d),
+                           roots);
     for (int i = 0; i < roots.count; ++i)
-      if (narrowphase_detail::nearer(query.kind, d.at(roots.t[i]), reach)) return roots.t[i];
-    return narrowphase_detail::nearer(query.kind, d.at(1.0), reach) ? 1.0 : kNoCollision;
+      if (detail::nearer(query.kind, d.at(roots.t[i]), reach)) return roots.t[i];
+    return detail::nearer(query.kind, d.at(1.0), reach) ? 1.0 : kNoCollision;
   }
 
   NarrowPhaseTraits traits() const {
@@ -59,15 +59,14 @@ class BridsonRule {
 
 std::unique_ptr<NarrowPhase> make_ccd_cubic_bridson(const NarrowPhaseConfig& config) {
   constexpr const char* kName = "ccd_cubic_bridson";
-  narrowphase_detail::refuse_min_separation(config, kName);
-  return narrowphase_detail::per_query(
-      BridsonRule(narrowphase_detail::tolerance_or(config, kOwnTolerance, kName)));
+  detail::refuse_min_separation(config, kName);
+  return detail::per_query(BridsonRule(detail::tolerance_or(config, kOwnTolerance, kName)));
 }
 
 void register_ccd_cubic_bridson(NarrowPhaseRegistry& registry) {
   registry.add(
       "ccd_cubic_bridson",
-      {narrowphase_detail::tolerance_option(
+      {detail::tolerance_option(
           kOwnTolerance, "m",
           "distance at a root or at the end of the step that counts as a collision; larger: fewer "
           "misses, more false alarms")},

@@ -21,7 +21,7 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::MovingDifferences;
+using detail::MovingDifferences;
 
 /// Dimensionless. One micrometre on a mesh of metre-sized triangles; above the rounding error of
 /// the barycentric coordinates down to angles of 1e-5 in the triangle (between the edges).
@@ -33,12 +33,12 @@ class ProvotRule {
 
   double time(const Query& query) const {
     int exponent = 0;
-    const MovingDifferences d = narrowphase_detail::differences_in_range(query, exponent);
+    const MovingDifferences d = detail::differences_in_range(query, exponent);
     CubicRootEstimates roots;
-    narrowphase_detail::estimate_roots(narrowphase_detail::coplanarity_coefficients(d),
-                                       narrowphase_detail::coplanarity_error(d), roots);
+    detail::estimate_roots(detail::coplanarity_coefficients(d), detail::coplanarity_error(d),
+                           roots);
     for (int i = 0; i < roots.count; ++i)
-      if (narrowphase_detail::meet(query.kind, d.at(roots.t[i]), tolerance_)) return roots.t[i];
+      if (detail::meet(query.kind, d.at(roots.t[i]), tolerance_)) return roots.t[i];
     return kNoCollision;
   }
 
@@ -59,15 +59,14 @@ class ProvotRule {
 
 std::unique_ptr<NarrowPhase> make_ccd_cubic_provot(const NarrowPhaseConfig& config) {
   constexpr const char* kName = "ccd_cubic_provot";
-  narrowphase_detail::refuse_min_separation(config, kName);
-  return narrowphase_detail::per_query(
-      ProvotRule(narrowphase_detail::tolerance_or(config, kBarycentricTolerance, kName)));
+  detail::refuse_min_separation(config, kName);
+  return detail::per_query(ProvotRule(detail::tolerance_or(config, kBarycentricTolerance, kName)));
 }
 
 void register_ccd_cubic_provot(NarrowPhaseRegistry& registry) {
   registry.add(
       "ccd_cubic_provot",
-      {narrowphase_detail::tolerance_option(
+      {detail::tolerance_option(
           kBarycentricTolerance, "1",
           "tolerance on the barycentric coordinates of the inside test; larger: fewer misses, more "
           "false alarms")},

@@ -22,22 +22,21 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::FilterKernel;
-using narrowphase_detail::kFilterBlock;
-using narrowphase_detail::QueryBlock;
+using detail::FilterKernel;
+using detail::kFilterBlock;
+using detail::QueryBlock;
 
 /// Number of queries that run through the filter together.
 constexpr std::size_t kBatch = 256;
 
 /// Stages C, D and E.
 bool settle(const FilterKernel& kernel, const Query& query, double& toi, CcdExactStages& stages) {
-  using narrowphase_detail::ContactDecision;
+  using detail::ContactDecision;
   bool is_exact = false;
-  const ContactDecision decision = narrowphase_detail::isolate_contact(query, toi, is_exact);
+  const ContactDecision decision = detail::isolate_contact(query, toi, is_exact);
   ++(is_exact || decision == ContactDecision::open ? stages.exact : stages.isolated);
-  return decision == ContactDecision::open
-             ? narrowphase_detail::collides_exactly(kernel, query, toi)
-             : decision == ContactDecision::yes;
+  return decision == ContactDecision::open ? detail::collides_exactly(kernel, query, toi)
+                                           : decision == ContactDecision::yes;
 }
 
 /// The queries of one kind in a batch that no stage has decided yet.
@@ -81,7 +80,7 @@ class OpenQueries {
 void require_finite(const FilterKernel& kernel, std::span<const Query> queries, bool edges) {
   OpenQueries faulty(queries, edges);
   faulty.sift([&](const QueryBlock& block, auto) { return kernel.finite(block); });
-  for (const std::uint16_t i : faulty.indices()) narrowphase_detail::require_finite(queries[i]);
+  for (const std::uint16_t i : faulty.indices()) detail::require_finite(queries[i]);
 }
 
 /// Runs all stages on at most kBatch queries of one kind with finite coordinates; ignores those of
@@ -127,12 +126,12 @@ class CcdExact final : public NarrowPhase {
   /// As the default, but tells most pairs apart in floats before their queries are made.
   void find_contacts(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                      std::vector<Contact>& out) const override {
-    const narrowphase_detail::FloatPaths paths(a, b);
-    const narrowphase_detail::SurfacePairs in{a, b, pairs};
-    narrowphase_detail::find_contacts_among(
+    const detail::FloatPaths paths(a, b);
+    const detail::SurfacePairs in{a, b, pairs};
+    detail::find_contacts_among(
         in,
         [&](std::size_t begin, std::size_t end, const auto& add) {
-          narrowphase_detail::PairBlock block;
+          detail::PairBlock block;
           paths.take_block(in, begin, end, block);
           const std::uint32_t never = paths.never_meet(block);
           for (std::size_t j = 0; j < block.size; ++j)
@@ -167,8 +166,8 @@ class CcdExact final : public NarrowPhase {
 
   /// The widest kernel that is not wider than `width` doubles.
   static FilterKernel kernel_for(int width) {
-    FilterKernel best = narrowphase_detail::filter_kernels().front();
-    for (const FilterKernel& kernel : narrowphase_detail::filter_kernels())
+    FilterKernel best = detail::filter_kernels().front();
+    for (const FilterKernel& kernel : detail::filter_kernels())
       if (kernel.width <= width) best = kernel;
     return best;
   }
@@ -188,11 +187,10 @@ std::unique_ptr<NarrowPhase> make_ccd_exact(const CcdExactConfig& config) {
 }
 
 void register_ccd_exact(NarrowPhaseRegistry& registry) {
-  registry.add("ccd_exact", {narrowphase_detail::min_separation_option()},
-               [](const MethodOptions& o) {
-                 const double distance = o["min_separation"];
-                 return distance == 0.0 ? make_ccd_exact() : make_ccd_separation(distance);
-               });
+  registry.add("ccd_exact", {detail::min_separation_option()}, [](const MethodOptions& o) {
+    const double distance = o["min_separation"];
+    return distance == 0.0 ? make_ccd_exact() : make_ccd_separation(distance);
+  });
 }
 
 }  // namespace selvedge

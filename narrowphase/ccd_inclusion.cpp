@@ -40,9 +40,9 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::RelativeQuery;
+using detail::RelativeQuery;
 
-constexpr double kCornerError = 20.0 * narrowphase_detail::kRoundoff;
+constexpr double kCornerError = 20.0 * detail::kRoundoff;
 /// The smallest tolerance. F moves by at most 2 along a parameter. Once this times the width is
 /// below a fifth of the tolerance for each parameter, the box is narrower than the tolerance (time
 /// counts three times, with weights of sum 3). So no width falls below 2^-40 / (5 * 2) / 2 >
@@ -138,7 +138,7 @@ class Subdivision {
   double contact_width(const ParameterBox& box) const {
     Vec3 lo = Vec3::Constant(kNoCollision), hi = -lo;
     for (const double t : {box.lo[0], box.lo[0] + box.width[0]}) {
-      const auto x = narrowphase_detail::places(query_, t);
+      const auto x = detail::places(query_, t);
       for (const double u : {box.lo[1], box.lo[1] + box.width[1]}) {
         for (const double v : {box.lo[2], box.lo[2] + box.width[2]}) {
           const Vec3 f = query_.edges ? Vec3(u * x[1] - ((1.0 - v) * x[2] + v * x[3]))
@@ -173,9 +173,9 @@ class InclusionRule {
   explicit InclusionRule(const CcdInclusionConfig& config) : config_(config) {}
 
   double time(const Query& query) const {
-    const RelativeQuery relative = narrowphase_detail::relative_query(query);
+    const RelativeQuery relative = detail::relative_query(query);
     if (relative.one_point) return 0.0;
-    const double separation = narrowphase_detail::scaled_up(config_.min_separation, relative);
+    const double separation = detail::scaled_up(config_.min_separation, relative);
     return Subdivision(relative, config_, separation).time();
   }
 
@@ -196,7 +196,7 @@ class InclusionRule {
 };
 
 void validate(const CcdInclusionConfig& config) {
-  narrowphase_detail::require_separation(config.min_separation, "ccd_inclusion");
+  detail::require_separation(config.min_separation, "ccd_inclusion");
   if (!(config.tolerance >= kLeastTolerance && config.tolerance <= 1.0))
     throw std::invalid_argument(
         "ccd_inclusion: tolerance is " + std::to_string(config.tolerance) +
@@ -210,12 +210,12 @@ void validate(const CcdInclusionConfig& config) {
 
 std::unique_ptr<NarrowPhase> make_ccd_inclusion(const CcdInclusionConfig& config) {
   validate(config);
-  return narrowphase_detail::per_query(InclusionRule(config));
+  return detail::per_query(InclusionRule(config));
 }
 
 std::unique_ptr<NarrowPhase> make_ccd_inclusion(const NarrowPhaseConfig& config) {
   CcdInclusionConfig own;
-  own.tolerance = narrowphase_detail::tolerance_or(config, own.tolerance, "ccd_inclusion");
+  own.tolerance = detail::tolerance_or(config, own.tolerance, "ccd_inclusion");
   own.min_separation = config.min_separation;
   return make_ccd_inclusion(own);
 }
@@ -230,7 +230,7 @@ void register_ccd_inclusion(NarrowPhaseRegistry& registry) {
                  .most = 1.0,
                  .meaning = "fraction of the query's size at which a parameter box counts as a "
                             "contact; smaller: fewer false alarms, more boxes"},
-                narrowphase_detail::min_separation_option()},
+                detail::min_separation_option()},
                [](const MethodOptions& o) {
                  return make_ccd_inclusion(CcdInclusionConfig{
                      .tolerance = o["tolerance"], .min_separation = o["min_separation"]});

@@ -43,9 +43,9 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::Expansion;
+using detail::Expansion;
 
-constexpr double kRoundoff = narrowphase_detail::kRoundoff;
+constexpr double kRoundoff = detail::kRoundoff;
 
 /// Error of a determinant of three differences in units of u * the product of their largest
 /// coordinates: 6 products, each with 3 roundings of differences, 1 of the cross product's
@@ -339,8 +339,8 @@ class RootParityRule {
 }  // namespace
 
 std::unique_ptr<NarrowPhase> make_ccd_root_parity(const NarrowPhaseConfig& config) {
-  narrowphase_detail::refuse_min_separation(config, "ccd_root_parity");
-  return narrowphase_detail::per_query(RootParityRule());
+  detail::refuse_min_separation(config, "ccd_root_parity");
+  return detail::per_query(RootParityRule());
 }
 
 void register_ccd_root_parity(NarrowPhaseRegistry& registry) {

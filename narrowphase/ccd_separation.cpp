@@ -34,9 +34,9 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::kGapError;
-using narrowphase_detail::RelativeQuery;
-using narrowphase_detail::VertexDifferences;
+using detail::kGapError;
+using detail::RelativeQuery;
+using detail::VertexDifferences;
 
 /// The method stops when the lower bound of the distance is below d (1 + kEarlyPart) + kEarlyFloor.
 /// The bound is below the distance by at most a fraction of 2^-12 (and a few kGapError), so the
@@ -51,7 +51,7 @@ constexpr int kStraightFirst = 3;
 /// proves nothing; products of the others do not underflow.
 constexpr double kLeastNormal = 0x1p-200;
 /// Reserve for the roundings of the products of d and |n|: at most 8.
-constexpr double kProductReserve = 1.0 + 16.0 * narrowphase_detail::kRoundoff;
+constexpr double kProductReserve = 1.0 + 16.0 * detail::kRoundoff;
 
 class Advancement {
  public:
@@ -59,7 +59,7 @@ class Advancement {
       : query_(query),
         apart_((separation + kGapError) * kProductReserve),
         separation_(separation),
-        end_(narrowphase_detail::vertex_differences(query.edges, query.x_t1)) {}
+        end_(detail::vertex_differences(query.edges, query.x_t1)) {}
 
   double time() {
     if (apart_on_an_axis()) return kNoCollision;
@@ -92,8 +92,8 @@ class Advancement {
 
   /// The straight proof with the axes, for which no direction has to be computed.
   bool apart_on_an_axis() const {
-    const VertexDifferences start = narrowphase_detail::vertex_differences(
-        query_.edges, narrowphase_detail::places(query_, 0.0));
+    const VertexDifferences start =
+        detail::vertex_differences(query_.edges, detail::places(query_, 0.0));
     Vec3 least = start[0].cwiseMin(end_[0]), most = start[0].cwiseMax(end_[0]);
     for (int i = 1; i < 4; ++i) {
       least = least.cwiseMin(start[i].cwiseMin(end_[i]));
@@ -107,18 +107,17 @@ class Advancement {
   }
 
   Frame frame(double t) const {
-    const std::array<Vec3, 4> x = narrowphase_detail::places(query_, t);
-    const VertexDifferences w = narrowphase_detail::vertex_differences(query_.edges, x);
-    const auto found = narrowphase_detail::separating_direction(query_.edges, x, w);
+    const std::array<Vec3, 4> x = detail::places(query_, t);
+    const VertexDifferences w = detail::vertex_differences(query_.edges, x);
+    const auto found = detail::separating_direction(query_.edges, x, w);
     return {t, w, found.n, found.distance};
   }
 
   /// Whether n separates the primitives at t, and hence at all times since the frame that provided
   /// it.
   bool holds(const Vec3& n, double t) const {
-    const auto w =
-        narrowphase_detail::vertex_differences(query_.edges, narrowphase_detail::places(query_, t));
-    return narrowphase_detail::least_along(n, w) >= apart_ * n.norm();
+    const auto w = detail::vertex_differences(query_.edges, detail::places(query_, t));
+    return detail::least_along(n, w) >= apart_ * n.norm();
   }
 
   /// A time until which the frame's direction separates the primitives: the time at which the first
@@ -133,7 +132,7 @@ class Advancement {
       if (b < aim) part = std::min(part, (a - aim) / (a - b));
     }
     // Each attempt halves the step, and stops below the resolution of t.
-    for (part = std::min(part, 1.0); part > narrowphase_detail::kRoundoff; part *= 0.5) {
+    for (part = std::min(part, 1.0); part > detail::kRoundoff; part *= 0.5) {
       const double t = std::min(1.0, from.t + part * (1.0 - from.t));
       if (t > from.t && holds(from.n, t)) return t;
     }
@@ -197,11 +196,11 @@ class Advancement {
 /// time of the contact. A contact whose distance is all rounding error keeps its normal.
 void turn_to_closest_points(const SurfaceView& a, const SurfaceView& b, Contact& contact) {
   const bool swapped = contact.kind == ContactKind::triangle_point;
-  const Query query = narrowphase_detail::query_of(
-      a, b, {contact.kind, contact.vertex, swapped ? 1 : 0, swapped ? 0 : 1});
-  const RelativeQuery relative = narrowphase_detail::relative_query(query);
-  const auto x = narrowphase_detail::places(relative, contact.toi);
-  const ClosestPoints near = narrowphase_detail::closest_points(query.kind, x);
+  const Query query =
+      detail::query_of(a, b, {contact.kind, contact.vertex, swapped ? 1 : 0, swapped ? 0 : 1});
+  const RelativeQuery relative = detail::relative_query(query);
+  const auto x = detail::places(relative, contact.toi);
+  const ClosestPoints near = detail::closest_points(query.kind, x);
   if (near.distance > kGapError) contact.normal = near.separation / near.distance;
 }
 
@@ -211,7 +210,7 @@ class CcdSeparation final : public NarrowPhase {
 
   void find_times(std::span<const Query> queries, std::span<double> toi) const override {
     for (std::size_t i = 0; i < queries.size(); ++i) {
-      narrowphase_detail::require_finite(queries[i]);
+      detail::require_finite(queries[i]);
       toi[i] = time(queries[i]);
     }
   }
@@ -233,9 +232,9 @@ class CcdSeparation final : public NarrowPhase {
 
  private:
   double time(const Query& query) const {
-    const RelativeQuery relative = narrowphase_detail::relative_query(query);
+    const RelativeQuery relative = detail::relative_query(query);
     if (relative.one_point) return 0.0;
-    return Advancement(relative, narrowphase_detail::scaled_up(separation_, relative)).time();
+    return Advancement(relative, detail::scaled_up(separation_, relative)).time();
   }
 
   double separation_;
@@ -244,7 +243,7 @@ class CcdSeparation final : public NarrowPhase {
 }  // namespace
 
 std::unique_ptr<NarrowPhase> make_ccd_separation(double min_separation) {
-  narrowphase_detail::require_separation(min_separation, "ccd_separation");
+  detail::require_separation(min_separation, "ccd_separation");
   return std::make_unique<CcdSeparation>(min_separation);
 }
 

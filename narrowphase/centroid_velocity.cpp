@@ -21,7 +21,7 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::MovingDifferences;
+using detail::MovingDifferences;
 
 class CentroidVelocityRule {
  public:
@@ -31,7 +31,7 @@ class CentroidVelocityRule {
   double time(const Query& query) const {
     if (query.kind != ContactKind::edge_edge) return kNoCollision;
     int exponent = 0;
-    const MovingDifferences d = narrowphase_detail::differences_in_range(query, exponent);
+    const MovingDifferences d = detail::differences_in_range(query, exponent);
     const auto& [x, y, z] = d.start;
     const Vec3 g = 0.5 * (d.rate.x - d.rate.y) - d.rate.z;
     // s x + t g - r y = z by Cramer's rule: s x is P_3, z + r y is Q_3.
@@ -60,9 +60,8 @@ class CentroidVelocityRule {
 
 std::unique_ptr<NarrowPhase> make_centroid_velocity(const NarrowPhaseConfig& config) {
   constexpr const char* kName = "centroid_velocity";
-  narrowphase_detail::refuse_min_separation(config, kName);
-  return narrowphase_detail::per_query(
-      CentroidVelocityRule(narrowphase_detail::tolerance_or(config, -1.0, kName)));
+  detail::refuse_min_separation(config, kName);
+  return detail::per_query(CentroidVelocityRule(detail::tolerance_or(config, -1.0, kName)));
 }
 
 void register_centroid_velocity(NarrowPhaseRegistry& registry) {

@@ -14,16 +14,16 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::BigInt;
-using Polynomial = narrowphase_detail::Polynomial<BigInt>;
-using Root = narrowphase_detail::Root<BigInt>;
+using detail::BigInt;
+using Polynomial = detail::Polynomial<BigInt>;
+using Root = detail::Root<BigInt>;
 
 CubicRoots enclose(const Polynomial& p) {
   CubicRoots result;
   result.identically_zero = p.is_zero();
   if (result.identically_zero) return result;
   std::vector<Root> roots;
-  narrowphase_detail::isolate_roots(p, roots);
+  detail::isolate_roots(p, roots);
   for (const Root& root : roots) {
     bool exact = false;
     const double lo = root.floor(exact);
@@ -45,7 +45,7 @@ CubicRoots cubic_roots(const std::array<double, 4>& c) {
   require_finite(c);
   int exponent = std::numeric_limits<int>::max();
   for (const double a : c)
-    if (a != 0.0) exponent = std::min(exponent, narrowphase_detail::lowest_bit(a));
+    if (a != 0.0) exponent = std::min(exponent, detail::lowest_bit(a));
   // t^i = sum over j >= i of binomial(3 - i, j - i) (1 - t)^(3 - j) t^j.
   constexpr int kBinomial[4][4] = {{1, 3, 3, 1}, {0, 1, 2, 1}, {0, 0, 1, 1}, {0, 0, 0, 1}};
   Polynomial p;
@@ -58,8 +58,8 @@ CubicRoots cubic_roots(const std::array<double, 4>& c) {
 }
 
 CubicRoots coplanarity_roots(const Query& query) {
-  narrowphase_detail::require_finite(query);
-  return enclose(narrowphase_detail::coplanarity_cubic(query));
+  detail::require_finite(query);
+  return enclose(detail::coplanarity_cubic(query));
 }
 
 CubicRootEstimates estimate_cubic_roots(const std::array<double, 4>& c, double touching) {
@@ -70,7 +70,7 @@ CubicRootEstimates estimate_cubic_roots(const std::array<double, 4>& c, double t
   std::array<double, 4> scaled;
   for (int i = 0; i < 4; ++i) scaled[i] = std::ldexp(c[i], -exponent);
   CubicRootEstimates roots;
-  narrowphase_detail::estimate_roots(scaled, std::ldexp(touching, -exponent), roots);
+  detail::estimate_roots(scaled, std::ldexp(touching, -exponent), roots);
   return roots;
 }
 

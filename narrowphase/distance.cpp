@@ -133,7 +133,7 @@ ClosestPoints edge_edge_closest(const Vec3& a0, const Vec3& a1, const Vec3& b0, 
   return result();
 }
 
-namespace narrowphase_detail {
+namespace detail {
 
 ClosestPoints closest_points(ContactKind kind, const std::array<Vec3, 4>& x) {
   return kind == ContactKind::edge_edge ? edge_edge_closest(x[0], x[1], x[2], x[3])
@@ -255,18 +255,18 @@ void require_finite(const Query& query) {
                                   " has a coordinate that is not a finite number");
 }
 
-}  // namespace narrowphase_detail
+}  // namespace detail
 
 namespace {
 
-using narrowphase_detail::PairVertices;
+using detail::PairVertices;
 
 void append_proximity(const Query& q, const PairVertices& pair, double reach, double reach_at_start,
                       std::vector<Contact>& out) {
-  const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
+  const ClosestPoints near = detail::closest_points(q.kind, q.x_t0);
   if (near.distance >= reach_at_start) return;
-  const Vec3 move = narrowphase_detail::weighted_difference(near.weight, q.x_t1) -
-                    narrowphase_detail::weighted_difference(near.weight, q.x_t0);
+  const Vec3 move = detail::weighted_difference(near.weight, q.x_t1) -
+                    detail::weighted_difference(near.weight, q.x_t0);
   // No direction brings them closer than the whole displacement does.
   if (near.distance > (reach + move.norm()) * (1.0 + 32.0 * kHalfUlp)) return;
   double largest = 0.0;
@@ -275,7 +275,7 @@ void append_proximity(const Query& q, const PairVertices& pair, double reach, do
   if (near.distance > kNoDirection * largest) {
     n = near.separation / near.distance;
   } else {
-    n = narrowphase_detail::common_normal(q.kind, q.x_t0);
+    n = detail::common_normal(q.kind, q.x_t0);
     const double along = near.separation.dot(n);
     if (along < 0.0 || (along == 0.0 && move.dot(n) > 0.0)) n = -n;
   }
@@ -294,15 +294,15 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
 void find_proximities(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs,
                       const ProximityReach& reach, std::vector<Contact>& out,
                       std::vector<float>& rooms) {
-  const narrowphase_detail::SurfacePairs in{a, b, pairs};
-  const narrowphase_detail::FloatPaths paths(a, b);
+  const detail::SurfacePairs in{a, b, pairs};
+  const detail::FloatPaths paths(a, b);
   const std::size_t n = pairs.size();
   rooms.resize(n);
   std::vector<std::vector<Contact>> found((n + kGrain - 1) / kGrain);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Contact>& mine = found[begin / kGrain];
-    narrowphase_detail::PairBlock block;
-    std::array<float, narrowphase_detail::kScreenBlock> room;
+    detail::PairBlock block;
+    std::array<float, detail::kScreenBlock> room;
     for (std::size_t i = begin; i < end; i += block.size) {
       paths.take_block(in, i, end, block);
       const double at_start = block.pairs[0].kind == ContactKind::point_triangle
@@ -312,8 +312,8 @@ void find_proximities(const SurfaceView& a, const SurfaceView& b, const Candidat
       std::copy_n(room.begin(), block.size, rooms.begin() + static_cast<std::ptrdiff_t>(i));
       for (std::size_t j = 0; j < block.size; ++j)
         if ((far >> j & 1U) == 0)
-          append_proximity(narrowphase_detail::query_of(a, b, block.pairs[j]), block.pairs[j],
-                           reach.reach, at_start, mine);
+          append_proximity(detail::query_of(a, b, block.pairs[j]), block.pairs[j], reach.reach,
+                           at_start, mine);
     }
   });
   out.clear();
@@ -328,7 +328,7 @@ double slab_width(ContactKind kind, const std::array<Vec3, 4>& x, const Vec3& no
   for (int k = 0; k < 4; ++k) {
     const Vec3 d = x[k] - x[0];
     const double height = normal.dot(d);
-    if (k < narrowphase_detail::first_count(kind))
+    if (k < detail::first_count(kind))
       low = std::min(low, height);
     else
       high = std::max(high, height);
@@ -343,10 +343,10 @@ SeparatingSlab separating_slab(ContactKind kind, const std::array<Vec3, 4>& x) {
     const double width = slab_width(kind, x, n);
     if (width > best.width) best = {n, width};
   };
-  const ClosestPoints near = narrowphase_detail::closest_points(kind, x);
+  const ClosestPoints near = detail::closest_points(kind, x);
   if (near.distance > 0.0) offer(near.separation / near.distance);
   if (best.width > 0.5 * near.distance) return best;
-  const Vec3 across = narrowphase_detail::common_normal(kind, x);
+  const Vec3 across = detail::common_normal(kind, x);
   if (best.width == 0.0) best.normal = near.separation.dot(across) < 0.0 ? Vec3(-across) : across;
   offer(across);
   offer(-across);
@@ -358,10 +358,10 @@ void find_separations(const SurfaceView& a, const SurfaceView& b, const Candidat
   out.resize(pairs.size());
   parallel_for(out.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const PairVertices pair = narrowphase_detail::pair_at(a, b, pairs, i);
-      const Query q = narrowphase_detail::query_of(a, b, pair);
+      const PairVertices pair = detail::pair_at(a, b, pairs, i);
+      const Query q = detail::query_of(a, b, pair);
       const SeparatingSlab slab = separating_slab(q.kind, q.x_t0);
-      const ClosestPoints near = narrowphase_detail::closest_points(q.kind, q.x_t0);
+      const ClosestPoints near = detail::closest_points(q.kind, q.x_t0);
       out[i] = {pair.kind, pair.vertex, near.weight, slab.normal, 0.0, slab.width};
     }
   });

@@ -5,13 +5,13 @@
 namespace selvedge {
 void NarrowPhase::find_contacts(const SurfaceView& a, const SurfaceView& b,
                                 const CandidatePairs& pairs, std::vector<Contact>& out) const {
-  narrowphase_detail::require_finite(a, "a");
-  if (&a != &b) narrowphase_detail::require_finite(b, "b");
-  const narrowphase_detail::SurfacePairs in{a, b, pairs};
-  narrowphase_detail::find_contacts_among(
+  detail::require_finite(a, "a");
+  if (&a != &b) detail::require_finite(b, "b");
+  const detail::SurfacePairs in{a, b, pairs};
+  detail::find_contacts_among(
       in,
       [&](std::size_t begin, std::size_t, const auto& add) -> std::size_t {
-        add(narrowphase_detail::pair_at(a, b, pairs, begin));
+        add(detail::pair_at(a, b, pairs, begin));
         return 1;
       },
       [&](std::span<const Query> queries, std::span<double> toi) { find_times(queries, toi); },

@@ -20,8 +20,8 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::Differences;
-using narrowphase_detail::MovingDifferences;
+using detail::Differences;
+using detail::MovingDifferences;
 
 /// E(P), or NaN for a triangle without area.
 double distance_to_plane(const Differences& d) {
@@ -36,15 +36,15 @@ class PlaneCrossingRule {
   double time(const Query& query) const {
     if (query.kind == ContactKind::edge_edge) return kNoCollision;
     int exponent = 0;
-    const MovingDifferences d = narrowphase_detail::differences_in_range(query, exponent);
+    const MovingDifferences d = detail::differences_in_range(query, exponent);
     const double e0 = distance_to_plane(d.start), e1 = distance_to_plane(d.at(1.0));
     const bool changes = (e0 <= 0.0 && e1 >= 0.0) || (e0 >= 0.0 && e1 <= 0.0);
     if (!changes) return kNoCollision;
     const double t = e0 == 0.0 ? 0.0 : e0 / (e0 - e1);
-    if (narrowphase_detail::meet(query.kind, d.at(t), tolerance_)) return t;
+    if (detail::meet(query.kind, d.at(t), tolerance_)) return t;
     // The particle is in the plane at both ends: it may have slid into the triangle.
     const bool slid = e0 == 0.0 && e1 == 0.0;
-    return slid && narrowphase_detail::meet(query.kind, d.at(1.0), tolerance_) ? 1.0 : kNoCollision;
+    return slid && detail::meet(query.kind, d.at(1.0), tolerance_) ? 1.0 : kNoCollision;
   }
 
   NarrowPhaseTraits traits() const {
@@ -63,15 +63,14 @@ class PlaneCrossingRule {
 
 std::unique_ptr<NarrowPhase> make_plane_crossing(const NarrowPhaseConfig& config) {
   constexpr const char* kName = "plane_crossing";
-  narrowphase_detail::refuse_min_separation(config, kName);
-  return narrowphase_detail::per_query(
-      PlaneCrossingRule(narrowphase_detail::tolerance_or(config, 0.0, kName)));
+  detail::refuse_min_separation(config, kName);
+  return detail::per_query(PlaneCrossingRule(detail::tolerance_or(config, 0.0, kName)));
 }
 
 void register_plane_crossing(NarrowPhaseRegistry& registry) {
   registry.add(
       "plane_crossing",
-      {narrowphase_detail::tolerance_option(
+      {detail::tolerance_option(
           0.0, "1",
           "tolerance on the barycentric coordinates of the inside test; larger: fewer "
           "misses, more false alarms")},

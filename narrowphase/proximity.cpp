@@ -15,8 +15,8 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::Differences;
-using narrowphase_detail::MovingDifferences;
+using detail::Differences;
+using detail::MovingDifferences;
 
 /// Metres: the cloth thickness of the paper.
 constexpr double kPaperThickness = 1e-3;
@@ -35,12 +35,11 @@ class ProximityRule {
 
   double time(const Query& query) const {
     int exponent = 0;
-    const MovingDifferences d = narrowphase_detail::differences_in_range(query, exponent);
+    const MovingDifferences d = detail::differences_in_range(query, exponent);
     const double reach = std::ldexp(reach_, -exponent);
-    if (narrowphase_detail::nearer(query.kind, d.start, reach)) return 0.0;
-    if (!narrowphase_detail::nearer(query.kind, d.at(1.0), reach)) return kNoCollision;
-    const double away =
-        narrowphase_detail::closest_points(query.kind, d.start.vertices(query.kind)).distance;
+    if (detail::nearer(query.kind, d.start, reach)) return 0.0;
+    if (!detail::nearer(query.kind, d.at(1.0), reach)) return kNoCollision;
+    const double away = detail::closest_points(query.kind, d.start.vertices(query.kind)).distance;
     const double t = (away - reach) / largest_approach(query.kind, d.rate);
     return t < 1.0 ? std::max(t, 0.0) : 1.0;
   }
@@ -64,10 +63,10 @@ class ProximityRule {
 
 std::unique_ptr<NarrowPhase> make_proximity(const NarrowPhaseConfig& config) {
   constexpr const char* kName = "proximity";
-  narrowphase_detail::require_min_separation(config, kName);
+  detail::require_min_separation(config, kName);
   const double own = config.min_separation > 0.0 ? config.min_separation : kPaperThickness;
-  const double tolerance = narrowphase_detail::tolerance_or(config, own, kName);
-  return narrowphase_detail::per_query(ProximityRule(std::max(tolerance, config.min_separation)));
+  const double tolerance = detail::tolerance_or(config, own, kName);
+  return detail::per_query(ProximityRule(std::max(tolerance, config.min_separation)));
 }
 
 void register_proximity(NarrowPhaseRegistry& registry) {
@@ -80,7 +79,7 @@ void register_proximity(NarrowPhaseRegistry& registry) {
         .most = 1e6,
         .meaning = "distance at the start or the end of the step that counts as a "
                    "collision; negative: min_separation, or 1e-3 without it"},
-       narrowphase_detail::min_separation_option()},
+       detail::min_separation_option()},
       [](const MethodOptions& o) {
         return make_proximity({.tolerance = o["tolerance"], .min_separation = o["min_separation"]});
       });

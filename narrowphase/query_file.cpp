@@ -19,12 +19,12 @@ namespace selvedge {
 namespace {
 
 namespace fs = std::filesystem;
-using narrowphase_detail::RationalFault;
+using detail::RationalFault;
 
 constexpr std::size_t kRows = 8, kColumns = 7, kTimeColumns = 4;
 constexpr std::size_t kMaxQuoted = 40;
 /// A row whose parts have their maximum length, with some reserve.
-constexpr std::size_t kMaxLine = 7 * narrowphase_detail::kMaxDigits;
+constexpr std::size_t kMaxLine = 7 * detail::kMaxDigits;
 constexpr std::size_t kChunk = std::size_t{1} << 18;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
@@ -136,7 +136,7 @@ void split(const Lines& lines, const char* columns, std::array<std::string_view,
 double coordinate(const Lines& lines, char axis, std::string_view num, std::string_view den) {
   double value = 0.0;
   const auto part = [&](const char* name) { return std::string(1, axis) + name; };
-  switch (narrowphase_detail::parse_rational(num, den, value)) {
+  switch (detail::parse_rational(num, den, value)) {
     case RationalFault::none:
       return value;
     case RationalFault::numerator:
@@ -148,7 +148,7 @@ double coordinate(const Lines& lines, char axis, std::string_view num, std::stri
       lines.refuse(part("_den") + " is zero; a coordinate is a quotient of two integers");
     case RationalFault::too_long:
       lines.refuse(part("_num") + " or " + part("_den") + " has more than " +
-                   std::to_string(narrowphase_detail::kMaxDigits) + " digits");
+                   std::to_string(detail::kMaxDigits) + " digits");
     case RationalFault::no_double:
       break;
   }
@@ -363,7 +363,7 @@ bool is_enclosure(const TimeEnclosure& toi) {
 
 void append_row(const Vec3& x, bool truth, std::string& text) {
   for (int i = 0; i < 3; ++i) {
-    narrowphase_detail::append_rational(x[i], text);
+    detail::append_rational(x[i], text);
     text += ',';
   }
   text += truth ? "1\n" : "0\n";

@@ -79,9 +79,9 @@ void QueryRecorder::add(const Query& query) {
 void QueryRecorder::add(const SurfaceView& a, const SurfaceView& b, const CandidatePairs& pairs) {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto pair = narrowphase_detail::pair_at(a, b, pairs, i);
+    const auto pair = detail::pair_at(a, b, pairs, i);
     Sample& sample = sample_of(pair.kind);
-    if (sample.wants_next()) sample.keep(narrowphase_detail::query_of(a, b, pair), limit_);
+    if (sample.wants_next()) sample.keep(detail::query_of(a, b, pair), limit_);
   }
 }
 

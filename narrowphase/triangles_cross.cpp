@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-using narrowphase_detail::orientation;
+using detail::orientation;
 using Corners = std::array<Vec3, 3>;
 using Sides = std::array<int, 3>;  // of the corners of a triangle, relative to a plane
 

@@ -371,18 +371,12 @@ bool is_public_header(const std::string& file) {
          file.find("/detail/") == std::string::npos && file.find("/internal/") == std::string::npos;
 }
 
-/// Where the private names of a room lie; `detail` for the others.
-const std::map<std::string, std::string> kPrivateNames = {{"bodies", "assimp"},
-                                                          {"judge", "judging"},
-                                                          {"narrowphase", "narrowphase_detail"},
-                                                          {"pictures/renderer", "raster"}};
-
-/// Public names lie in selvedge, private ones in selvedge::detail.
+/// Public names lie in selvedge, private ones in selvedge::detail; those of the judge, which shares
+/// no code with what it judges, in selvedge::judging.
 Sentences misplaced_names(const std::string& file, const std::string& text) {
   Sentences faults;
   const bool is_private = file.find("/detail/") != std::string::npos;
-  const auto other = kPrivateNames.find(room_of(file));
-  const std::string own = other == kPrivateNames.end() ? "detail" : other->second;
+  const std::string own = room_of(file) == "judge" ? "judging" : "detail";
   bool has_private = false;
   static const std::string nested = "namespace selvedge::";
   for (const std::string& line : lines_of(text)) {
@@ -390,7 +384,7 @@ Sentences misplaced_names(const std::string& file, const std::string& text) {
     if (!starts_with(line, nested)) continue;
     const std::string name =
         line.substr(nested.size(), line.find_first_of(" :", nested.size()) - nested.size());
-    const bool good = is_private ? name == own || name == "detail" : name == "elementary";
+    const bool good = name == (is_private ? own : "elementary");
     if (!good) faults.push_back(file + " opens selvedge::" + name);
     has_private = has_private || good;
   }

@@ -876,7 +876,7 @@ std::string file_rows(const Query& q, bool touches) {
   for (const auto* x : {&q.x_t0, &q.x_t1})
     for (const Vec3& v : *x) {
       for (int i = 0; i < 3; ++i) {
-        narrowphase_detail::append_rational(v[i], rows);
+        detail::append_rational(v[i], rows);
         rows += ',';
       }
       rows += touches ? "1\n" : "0\n";

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-namespace selvedge::assimp {
+namespace selvedge::detail {
 namespace {
 
 constexpr int kMaxDepth = 1000;  // of nodes, far beyond any real scene
@@ -218,4 +218,4 @@ std::vector<std::array<std::int32_t, 3>> PosedScene::triangles() {
   return list;
 }
 
-}  // namespace selvedge::assimp
+}  // namespace selvedge::detail

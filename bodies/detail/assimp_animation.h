@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge::assimp {
+namespace selvedge::detail {
 
 using Point = std::array<double, 3>;
 
@@ -66,4 +66,4 @@ class PosedScene {
   std::map<std::string, const aiNode*> nodes_;
 };
 
-}  // namespace selvedge::assimp
+}  // namespace selvedge::detail

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string_view>
 
-namespace selvedge::assimp {
+namespace selvedge::detail {
 namespace {
 
 constexpr int kUpY = 2;
@@ -107,4 +107,4 @@ void undo_unit(const aiScene& scene, const Axes& axes) {
 
 std::vector<double> words_of(const Axes& axes) { return {axes.unit, static_cast<double>(axes.up)}; }
 
-}  // namespace selvedge::assimp
+}  // namespace selvedge::detail

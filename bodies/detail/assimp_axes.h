@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace selvedge::assimp {
+namespace selvedge::detail {
 
 /// The unit and the up axis that a file states.
 struct Axes {
@@ -30,4 +30,4 @@ void undo_unit(const aiScene& scene, const Axes& axes);
 /// Unit and up axis as they stand in the output.
 std::vector<double> words_of(const Axes& axes);
 
-}  // namespace selvedge::assimp
+}  // namespace selvedge::detail

@@ -103,7 +103,7 @@ int exact_orientation(const Vec3& a, const Vec3& b, const Vec3& c, int i, int j)
 
 }  // namespace
 
-int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+int exact_side(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const Vec3 u = a - d, v = b - d, w = c - d;
   const double vw_yz = v.y() * w.z(), vw_zy = v.z() * w.y();
   const double vw_zx = v.z() * w.x(), vw_xz = v.x() * w.z();
@@ -118,7 +118,7 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return exact_orientation(a, b, c, d);
 }
 
-int orientation(const Vec3& a, const Vec3& b, const Vec3& c, int axis) {
+int exact_side(const Vec3& a, const Vec3& b, const Vec3& c, int axis) {
   const int i = (axis + 1) % 3, j = (axis + 2) % 3;
   const double left = (a[i] - c[i]) * (b[j] - c[j]), right = (a[j] - c[j]) * (b[i] - c[i]);
   const double determinant = left - right;

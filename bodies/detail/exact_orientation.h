@@ -10,9 +10,9 @@ namespace selvedge::detail {
 // holds for coordinates that are 0 or between 1e-90 and 1e100 in magnitude.
 
 /// Side of d relative to the plane through a, b, c: +1 if a, b, c appear clockwise from d.
-int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+int exact_side(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 /// Orientation of a, b, c projected along coordinate `axis`: +1 if counter-clockwise, with the
 /// other two coordinates in cyclic order.
-int orientation(const Vec3& a, const Vec3& b, const Vec3& c, int axis);
+int exact_side(const Vec3& a, const Vec3& b, const Vec3& c, int axis);
 
 }  // namespace selvedge::detail

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-namespace selvedge::assimp {
+namespace selvedge::detail {
 namespace {
 
 using Json = nlohmann::json;
@@ -83,4 +83,4 @@ std::string gltf_node_fault(const std::string& file) {
          std::to_string(kMostNodes) + " of them";
 }
 
-}  // namespace selvedge::assimp
+}  // namespace selvedge::detail

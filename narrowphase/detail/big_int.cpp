@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 using Limb = std::uint64_t;
@@ -402,4 +402,4 @@ BigInt BigInt::operator>>(int bits) const {
   return r;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

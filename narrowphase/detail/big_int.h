@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Signed integer of any size for the exact stage. Numbers of up to kInline * 64 bits, enough for
 /// the coordinates of ordinary scenes, live in the object; larger ones on the heap.
@@ -73,4 +73,4 @@ class BigInt {
   };
 };
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -11,7 +11,7 @@
 #include <immintrin.h>
 #endif
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 namespace narrow {
 
@@ -65,4 +65,4 @@ std::span<const FilterKernel> filter_kernels() {
   return kernels;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

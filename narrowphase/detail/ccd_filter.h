@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Number of queries of one kind that the filter processes together.
 inline constexpr int kFilterBlock = 8;
@@ -32,4 +32,4 @@ struct FilterKernel {
 /// The kernels that the compiler built and the processor supports, narrowest first; never empty.
 std::span<const FilterKernel> filter_kernels();
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -4,7 +4,7 @@
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Closest points of the two primitives; the vertices are in the order of Contact::vertex.
 ClosestPoints closest_points(ContactKind kind, const std::array<Vec3, 4>& x);
@@ -80,4 +80,4 @@ inline Query query_of(const SurfaceView& a, const SurfaceView& b, const PairVert
 void require_finite(const SurfaceView& view, const char* name);
 void require_finite(const Query& query);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -11,7 +11,7 @@
 // cut [0, 1] into pieces on which the cubic is monotonic, hence has one root where its signs at the
 // ends differ; Newton's method, kept in the bracket by bisection, finds it.
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Newton's method stops when t moves by less than this: four times the spacing of doubles below 1.
 constexpr double kTimeResolution = 0x1p-51;
@@ -85,4 +85,4 @@ inline void estimate_roots(const std::array<double, 4>& c, double touching,
   if (std::abs(f_lo) <= touching) roots.t[roots.count++] = 1.0;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

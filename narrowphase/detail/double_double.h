@@ -8,7 +8,7 @@
 // Sums and products of double-doubles are off by at most 7 * 2^-106 of the result
 // [JoldesMullerPopescu2017] algorithms 6 and 10.
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// hi + lo with |lo| at most half an ulp of hi: 106 bits.
 struct DoubleDouble {
@@ -69,4 +69,4 @@ inline SharpVec difference(const Vec3& a, const Vec3& b) {
   return {two_sum(a[0], -b[0]), two_sum(a[1], -b[1]), two_sum(a[2], -b[2])};
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Unit roundoff u of double.
 inline constexpr double kRoundoff = 0x1p-53;
@@ -63,4 +63,4 @@ inline constexpr double kSharpConstraintError = 0x1p-98;
 /// change by at most 2, two products of them by 8.
 inline constexpr double kConstraintSlope = 8.0;
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -27,7 +27,7 @@
 // are parallel or degenerate: there is a contact iff an end point of one segment lies on another
 // one. q lies on the closed segment (r, s) iff (s-r) x (q-r) = 0 and (q-r) . (q-s) <= 0.
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 int lowest_bit(double x) {
   int e = 0;
@@ -333,4 +333,4 @@ Polynomial<BigInt> coplanarity_cubic(const Query& query) {
   return ExactQuery<BigInt>(query, grid_of(query).exponent).cubic();
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

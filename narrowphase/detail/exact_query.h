@@ -6,7 +6,7 @@
 #include <selvedge/narrowphase/detail/root_isolation.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Decides a query of finite doubles in integer arithmetic, without rounding. If the primitives
 /// collide, toi is the largest double not later than the true time of impact.
@@ -22,4 +22,4 @@ int lowest_bit(double x);
 /// The coplanarity cubic of the four vertices, times a power of two; may be identically zero.
 Polynomial<BigInt> coplanarity_cubic(const Query& query);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

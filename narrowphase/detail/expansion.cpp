@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 /// a + b = sum + error, exactly. [Shewchuk1997] theorem 7.
@@ -54,4 +54,4 @@ Expansion operator*(const Expansion& a, const Expansion& b) {
   return product;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

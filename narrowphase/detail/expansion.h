@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// A number as an exact sum of non-overlapping doubles, smallest first, none zero. Sums and
 /// products are exact as long as no term over- or underflows, which the caller must ensure. After
@@ -28,4 +28,4 @@ class Expansion {
   std::vector<double> terms_;
 };
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Thrown when a number does not fit into a FixedInt: repeat the computation with a wider type.
 struct DoesNotFit {};
@@ -215,4 +215,4 @@ class FixedInt {
 /// Wide enough for queries whose single-precision coordinates have similar magnitudes.
 using SmallInt = FixedInt<6>;
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 constexpr std::size_t kVertexGrain = 2048;
@@ -102,4 +102,4 @@ std::unique_ptr<FloatPaths::Path[]> FloatPaths::convert(const SurfaceView& view,
   return paths;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Candidate pairs of two surfaces. Views.
 struct SurfacePairs {
@@ -68,4 +68,4 @@ class FloatPaths {
   float slack_ = 0.0F;                ///< m, of the difference of two coordinates
 };
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

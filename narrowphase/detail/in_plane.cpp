@@ -15,7 +15,7 @@
 // again is a contact of two edges in space: the edge, and one parallel to axis i through the
 // vertex.
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 /// A vertex and the ends of an edge.
@@ -102,4 +102,4 @@ ContactDecision first_contact_in_plane(const FilterKernel& kernel, const Query& 
   return first <= 1.0 ? ContactDecision::yes : ContactDecision::no;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// The tolerance of the config, or the method's default. Throws std::invalid_argument if it is not
 /// finite.
@@ -54,4 +54,4 @@ inline MethodOption min_separation_option() {
           .meaning = "primitives that are at most this far apart count as colliding"};
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -9,7 +9,7 @@
 #include <array>
 #include <cmath>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Difference vectors of four vertices, from which their common translation cancels. Point p and
 /// triangle (a, b, c): x = b - a, y = c - a, z = p - a. Edges (a0, a1) and (b0, b1): x = a1 - a0, y
@@ -110,4 +110,4 @@ inline MovingDifferences differences_in_range(const Query& query, int& exponent)
   return MovingDifferences(scaled_query(query, exponent));
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -10,7 +10,7 @@
 #include <limits>
 #include <span>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 // [Shewchuk1997] error bounds A of ORIENT3D and ORIENT2D, relative to the sum of absolute products.
@@ -91,4 +91,4 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, int axis) {
   return exact_orientation({a, b, c}, i, j);
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

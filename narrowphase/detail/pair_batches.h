@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Number of pairs per task, and of queries per call.
 inline constexpr std::size_t kPairGrain = 2048, kQueryBatch = 256;
@@ -66,4 +66,4 @@ void find_contacts_among(const SurfacePairs& in, const Take& take, const FindTim
   for (const std::vector<Contact>& part : found) out.insert(out.end(), part.begin(), part.end());
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -10,7 +10,7 @@
 #include <immintrin.h>
 #endif
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 namespace narrow_screen {
 
@@ -49,4 +49,4 @@ std::span<const Screen> screens() {
   return all;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

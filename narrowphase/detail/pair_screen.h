@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Number of pairs that a screen compares together.
 inline constexpr int kScreenBlock = 8;
@@ -41,4 +41,4 @@ struct Screen {
 /// The screens that the compiler built and the processor supports, narrowest first; never empty.
 std::span<const Screen> screens();
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// A rule decides one query with finite coordinates: it returns the time of contact, or
 /// kNoCollision.
@@ -41,4 +41,4 @@ std::unique_ptr<NarrowPhase> per_query(Rule rule) {
   return std::make_unique<PerQuery<Rule>>(std::move(rule));
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -3,7 +3,7 @@
 #include <selvedge/narrowphase/detail/polynomial_box.h>
 #include <selvedge/narrowphase/detail/polynomial_sign.h>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 template <class Int>
 bool Polynomial<Int>::is_zero() const {
@@ -64,4 +64,4 @@ SELVEDGE_INSTANTIATE(BigInt)
 SELVEDGE_INSTANTIATE(SmallInt)
 #undef SELVEDGE_INSTANTIATE
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Int is BigInt, or a FixedInt whose DoesNotFit the caller catches.
 ///
@@ -97,4 +97,4 @@ class Root {
 template <class Int>
 void isolate_roots(const Polynomial<Int>& p, std::vector<Root<Int>>& roots);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -10,7 +10,7 @@
 
 // A polynomial on a part of [0, 1].
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Number of bits by which one guess of the root in doubles shrinks a box: few enough, relative to
 /// the rounding of doubles, that exact signs nearly always confirm the guess.
@@ -88,4 +88,4 @@ Box<Int> part_of(const Box<Int>& box, int bits, std::int64_t from, std::int64_t 
   return {(box.k << bits) + box.width * Int(from), box.width * Int(to - from), box.m + bits};
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

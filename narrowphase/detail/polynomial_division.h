@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 template <class Int>
 void drop_leading_zeros(Polynomial<Int>& p) {
@@ -75,4 +75,4 @@ int sign_changes(const Polynomial<Int>& p) {
   return changes.count();
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 /// The extremum of a cubic or quadratic with two sign changes, computed in doubles as a position in
@@ -358,4 +358,4 @@ void isolate_roots(const Polynomial<Int>& p, std::vector<Root<Int>>& roots) {
 template void isolate_roots(const Polynomial<BigInt>&, std::vector<Root<BigInt>>&);
 template void isolate_roots(const Polynomial<SmallInt>&, std::vector<Root<SmallInt>>&);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

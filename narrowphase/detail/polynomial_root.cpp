@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 double ordered_double(std::int64_t bits) { return Eigen::numext::bit_cast<double>(bits); }
@@ -441,4 +441,4 @@ double Root<Int>::floor_in_box(bool& exact) const {
 template class Root<BigInt>;
 template class Root<SmallInt>;
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

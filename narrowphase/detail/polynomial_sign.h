@@ -9,7 +9,7 @@
 
 // Signs of polynomials, which 106 bits nearly always show.
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// The sign of the sum of c[i] num^i den^(n-i) if 106 bits show it, else 0. For short numbers the
 /// exact sum is as quick.
@@ -37,4 +37,4 @@ int discriminant_sign(const Polynomial<Int>& q) {
   return exact.sign();
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// b0 (1-t)^2 + 2 b1 t (1-t) + b2 t^2.
 struct Quadratic {
@@ -42,4 +42,4 @@ inline Quadratic cross_component(const Motion& a, const Motion& b, int i) {
   return {c(a.d0, b.d0), 0.5 * (c(a.d0, b.d1) + c(a.d1, b.d0)), c(a.d1, b.d1)};
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

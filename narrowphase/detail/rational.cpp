@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 using Limb = std::uint64_t;
@@ -191,4 +191,4 @@ void append_rational(double value, std::string& text) {
   text += power_of_two(below);
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

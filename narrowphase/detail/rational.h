@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 enum class RationalFault {
   none,
@@ -27,4 +27,4 @@ RationalFault parse_rational(std::string_view num, std::string_view den, double&
 /// same bits, including the sign of zero.
 void append_rational(double value, std::string& text);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

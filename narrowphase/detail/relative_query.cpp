@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 /// Coordinates above this value are divided by kSmaller first, so that their differences are
@@ -69,4 +69,4 @@ void require_separation(double length, const char* method) {
                               "; it must be a finite number of metres, 0 or more");
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -4,7 +4,7 @@
 #include <selvedge/narrowphase/detail/error_bounds.h>
 #include <selvedge/narrowphase/narrow_phase.h>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// A query relative to its first vertex, divided by 2^exponent: that vertex rests at the origin,
 /// and the largest coordinate lies in [1/2, 1). Positions far from the world origin and common
@@ -34,4 +34,4 @@ std::array<Vec3, 4> places(const RelativeQuery& query, double t);
 /// Throws std::invalid_argument unless `length` is finite and not negative.
 void require_separation(double length, const char* method);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 constexpr int kMostSteps = 80;
@@ -32,4 +32,4 @@ bool floor_of_root(const SharpQuery& f, IsolatedRoot& root) {
   return true;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

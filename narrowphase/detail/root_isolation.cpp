@@ -11,7 +11,7 @@
 #include <optional>
 #include <span>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 /// Boxes narrower than 2^-kDeepest, or more boxes than allowed, leave the query open. The first
@@ -266,4 +266,4 @@ ContactDecision isolate_contact(const Query& query, double& toi, bool& is_exact)
                                         : ContactDecision::open;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

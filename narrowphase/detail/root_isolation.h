@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 enum class ContactDecision : std::uint8_t { no, yes, open };
 
@@ -23,4 +23,4 @@ struct IsolatedRoot {
 /// `is_exact` tells whether stage D was asked.
 ContactDecision isolate_contact(const Query& query, double& toi, bool& is_exact);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// value * 2^exponent, for numbers far beyond the range of doubles. 0 has the value 0.
 struct Scaled {
@@ -68,4 +68,4 @@ int certain_sign(const std::array<Scaled, kTerms>& terms) {
   return sum.hi > kError ? 1 : (sum.hi < -kError ? -1 : 0);
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

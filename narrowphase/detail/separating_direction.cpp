@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 /// Unit vector along v, or zero.
@@ -96,4 +96,4 @@ SeparatingDirection separating_direction(bool edges, const std::array<Vec3, 4>& 
   return candidates.best();
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -3,7 +3,7 @@
 
 #include <selvedge/narrowphase/detail/relative_query.h>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// The vectors from the vertices of the second primitive to those of the first; for a point and a
 /// triangle the fourth repeats the third. Both primitives are the hulls of their vertices, so the
@@ -37,4 +37,4 @@ struct SeparatingDirection {
 SeparatingDirection separating_direction(bool edges, const std::array<Vec3, 4>& x,
                                          const VertexDifferences& w);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 double largest(const SharpVec& a, const SharpVec& b) {
@@ -89,4 +89,4 @@ std::array<double, 4> SharpQuery::bernstein() const {
   return {c_[0].hi, c_[1].hi / 3.0, c_[2].hi / 3.0, c_[3].hi};
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

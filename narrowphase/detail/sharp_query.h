@@ -6,7 +6,7 @@
 
 #include <array>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// A time known to within half_width.
 struct SharpTime {
@@ -53,4 +53,4 @@ class SharpQuery {
   double error_ = 0.0;
 };
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

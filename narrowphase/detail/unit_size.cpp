@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 namespace {
 
 using Points = std::array<Vec3, 4>;
@@ -57,4 +57,4 @@ UnitSizePaths to_unit_size(const Query& query) {
   return paths;
 }
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

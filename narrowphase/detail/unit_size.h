@@ -3,7 +3,7 @@
 
 #include <selvedge/narrowphase/narrow_phase.h>
 
-namespace selvedge::narrowphase_detail {
+namespace selvedge::detail {
 
 /// Four relative paths: y[k](t) = 2^e (x[k](t) - x[3](t)).
 struct UnitSizePaths {
@@ -19,4 +19,4 @@ struct UnitSizePaths {
 /// size is that of all vertices, or 0 if they coincide.
 UnitSizePaths to_unit_size(const Query& query);
 
-}  // namespace selvedge::narrowphase_detail
+}  // namespace selvedge::detail

@@ -20,13 +20,13 @@
 namespace selvedge {
 namespace {
 
-using raster::Band;
-using raster::Geometry;
-using raster::Lights;
-using raster::unit_or_zero;
-using raster::Vec2f;
-using raster::Vec3f;
-using raster::View;
+using detail::Band;
+using detail::Geometry;
+using detail::Lights;
+using detail::unit_or_zero;
+using detail::Vec2f;
+using detail::Vec3f;
+using detail::View;
 
 // Brightness of an unshadowed white surface that faces the light.
 constexpr float key_light = 0.72F;
@@ -274,33 +274,33 @@ Vec3f pixel_colour(const std::int32_t* seen, int x, int row, const Shader& shade
                    const Background& background) {
   Vec3f sum = Vec3f::Zero();
   unsigned done = 0;
-  for (std::size_t s = 0; s < raster::samples; ++s) {
+  for (std::size_t s = 0; s < detail::samples; ++s) {
     if ((done >> s & 1U) != 0) continue;
     std::int32_t count = 0, middle_x = 0, middle_y = 0;
-    for (std::size_t r = s; r < raster::samples; ++r) {
+    for (std::size_t r = s; r < detail::samples; ++r) {
       if (seen[r] != seen[s]) continue;
       done |= 1U << r;
       ++count;
-      middle_x += raster::sample_x[r];
-      middle_y += raster::sample_y[r];
+      middle_x += detail::sample_x[r];
+      middle_y += detail::sample_y[r];
     }
     const auto n = static_cast<float>(count);
     const float px =
-        static_cast<float>(x) + static_cast<float>(middle_x) / (n * raster::sub_pixels);
+        static_cast<float>(x) + static_cast<float>(middle_x) / (n * detail::sub_pixels);
     const float py =
-        static_cast<float>(row) + static_cast<float>(middle_y) / (n * raster::sub_pixels);
+        static_cast<float>(row) + static_cast<float>(middle_y) / (n * detail::sub_pixels);
     sum += n * (seen[s] >= 0 ? shader.shade(seen[s], px, py) : background.colour(px, py));
   }
-  return sum / static_cast<float>(raster::samples);
+  return sum / static_cast<float>(detail::samples);
 }
 
 constexpr int band_rows = 8;
 
 /// Indices of the screen triangles that touch each band, in order.
-std::vector<std::vector<std::int32_t>> by_band(const std::vector<raster::ScreenTriangle>& triangles,
+std::vector<std::vector<std::int32_t>> by_band(const std::vector<detail::ScreenTriangle>& triangles,
                                                int bands) {
   std::vector<std::vector<std::int32_t>> result(static_cast<std::size_t>(bands));
-  constexpr int band_height = band_rows * raster::sub_pixels;
+  constexpr int band_height = band_rows * detail::sub_pixels;
   for (std::size_t k = 0; k < triangles.size(); ++k) {
     const auto [low, high] = std::minmax({triangles[k].y[0], triangles[k].y[1], triangles[k].y[2]});
     for (int b = low / band_height; b <= std::min(high / band_height, bands - 1); ++b)
@@ -330,12 +330,12 @@ Image render(const Camera& camera, std::span<const RenderSurface> surfaces,
   check_camera(camera);
   if (config.shadow_resolution < 8 || config.sky_directions < 0)
     throw std::invalid_argument("render: shadow resolution below 8 or negative sky directions");
-  const Geometry geometry = raster::gather(surfaces);
-  const View view = raster::make_view(camera, geometry.origin);
+  const Geometry geometry = detail::gather(surfaces);
+  const View view = detail::make_view(camera, geometry.origin);
   const Lights lights(geometry, view, config);
   const Background background(geometry, view, lights, config);
   const Shader shader(surfaces, geometry, view, lights);
-  const auto triangles = raster::project(view, geometry.x, geometry.triangles);
+  const auto triangles = detail::project(view, geometry.x, geometry.triangles);
   const int bands = (camera.height + band_rows - 1) / band_rows;
   const auto band_triangles = by_band(triangles, bands);
 
@@ -347,7 +347,7 @@ Image render(const Camera& camera, std::span<const RenderSurface> surfaces,
       const int top = static_cast<int>(b) * band_rows;
       Band band(camera.width, top, std::min(top + band_rows, camera.height));
       for (const std::int32_t k : band_triangles[b])
-        raster::draw(triangles[static_cast<std::size_t>(k)], band);
+        detail::draw(triangles[static_cast<std::size_t>(k)], band);
       std::uint8_t* out = image.rgb.data() + 3 * static_cast<std::size_t>(top) *
                                                  static_cast<std::size_t>(camera.width);
       for (int row = band.row_begin; row < band.row_end; ++row)

@@ -610,17 +610,17 @@ TEST(FindProximities, NoPairCollidesWhileItsEndsChangeByLessThanItsRoom) {
 }
 
 TEST(Screens, OfEveryWidthProveTheSame) {
-  using narrowphase_detail::kScreenBlock;
-  const std::span<const narrowphase_detail::Screen> screens = narrowphase_detail::screens();
+  using detail::kScreenBlock;
+  const std::span<const detail::Screen> screens = detail::screens();
   if (screens.size() == 1) GTEST_SKIP() << "no AVX2";
-  const narrowphase_detail::Screen &narrow = screens.front(), &wide = screens.back();
-  const narrowphase_detail::ScreenLimits limits{
+  const detail::Screen &narrow = screens.front(), &wide = screens.back();
+  const detail::ScreenLimits limits{
       .slack = 1e-6F, .at_start = 0.4F, .with_motion = 0.2F, .lines = 0.2F, .offset = 1e-6F};
   Random r(28);
   std::uint32_t some = 0, all = 0xff;
   for (int i = 0; i < 200; ++i) {
     std::array<std::array<std::array<float, 8>, kScreenBlock>, 4> paths;
-    narrowphase_detail::PathBlock block;
+    detail::PathBlock block;
     for (std::size_t k = 0; k < 4; ++k)
       for (std::size_t j = 0; j < kScreenBlock; ++j) {
         for (float& x : paths[k][j]) x = static_cast<float>(real(r, -0.5, 0.5));

@@ -16,8 +16,8 @@
 namespace selvedge::query_file_test {
 namespace {
 
-using narrowphase_detail::parse_rational;
-using narrowphase_detail::RationalFault;
+using detail::parse_rational;
+using detail::RationalFault;
 namespace fs = std::filesystem;
 
 constexpr double kTiniest = std::numeric_limits<double>::denorm_min();
@@ -59,7 +59,7 @@ TEST(Rational, DoublesOfEverySizeComeBackBitForBit) {
     if (const double x = std::bit_cast<double>(random()); std::isfinite(x)) values.push_back(x);
   for (const double x : values) {
     std::string text;
-    narrowphase_detail::append_rational(x, text);
+    detail::append_rational(x, text);
     const std::size_t comma = text.find(',');
     double back = 1.0;
     ASSERT_EQ(parse_rational(text.substr(0, comma), text.substr(comma + 1), back),
@@ -72,7 +72,7 @@ TEST(Rational, DoublesOfEverySizeComeBackBitForBit) {
 TEST(Rational, WhatIsWrittenIsTheNumberAsOtherReadersSeeIt) {
   const auto written = [](double x) {
     std::string text;
-    narrowphase_detail::append_rational(x, text);
+    detail::append_rational(x, text);
     return text;
   };
   EXPECT_EQ(written(0.0), "0,1");
@@ -121,7 +121,7 @@ TEST(Rational, WhatNoDoubleEqualsIsRefused) {
 TEST(Rational, OneUnitBesideADoubleIsRefusedAtAnyLength) {
   // (2^53 + 1) 2^k is no double; neither is k 2^n + 1 for large n.
   std::string text;
-  narrowphase_detail::append_rational(0x1.8p200, text);
+  detail::append_rational(0x1.8p200, text);
   std::string number = text.substr(0, text.find(','));
   EXPECT_NE(read(number, "1"), fault(RationalFault::no_double));
   ++number.back();

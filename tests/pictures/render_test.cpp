@@ -27,8 +27,8 @@ namespace selvedge::render_test {
 namespace {
 
 namespace fs = std::filesystem;
-using raster::Band;
-using raster::Vec3f;
+using detail::Band;
+using detail::Vec3f;
 
 using Colour = std::array<int, 3>;
 
@@ -76,12 +76,12 @@ RenderConfig without_ground() {
 /// How often each sample of the picture is inside one of the triangles, drawn one by one.
 std::vector<int> coverage(const Camera& camera, const std::vector<Vec3f>& x,
                           const std::vector<Triangle>& triangles) {
-  const auto view = raster::make_view(camera, Vec3::Zero());
+  const auto view = detail::make_view(camera, Vec3::Zero());
   Band band(camera.width, 0, camera.height);
   std::vector<int> count(band.triangle.size(), 0);
   for (const Triangle& t : triangles) {
     Band alone(camera.width, 0, camera.height);
-    for (const auto& part : raster::project(view, x, std::span(&t, 1))) raster::draw(part, alone);
+    for (const auto& part : detail::project(view, x, std::span(&t, 1))) detail::draw(part, alone);
     for (std::size_t i = 0; i < count.size(); ++i) count[i] += alone.triangle[i] >= 0 ? 1 : 0;
   }
   return count;
@@ -94,7 +94,7 @@ TEST(Raster, ATriangleCoversItsAreaInClosedForm) {
   const double area = 0.5 * Vec3f(x[1] - x[0]).cross(Vec3f(x[2] - x[0])).norm() * 60.0 * 60.0;
   double covered = 0.0;
   for (const int n : coverage(camera, x, {{0, 1, 2}})) covered += n;
-  covered /= raster::samples;
+  covered /= detail::samples;
   // Eight samples a pixel err by a fraction of a pixel along each edge, of either sign.
   EXPECT_NEAR(covered, area, 0.001 * area);
 }
@@ -108,7 +108,7 @@ TEST(Raster, ATriangleCoversThePixelsItShould) {
   const Band layout(8, 0, 8);
   for (int row = 0; row < 8; ++row)
     for (int column = 0; column < 8; ++column)
-      for (std::size_t s = 0; s < raster::samples; ++s)
+      for (std::size_t s = 0; s < detail::samples; ++s)
         EXPECT_EQ(count[layout.pixel(column, row) + s],
                   column >= 2 && column < 6 && row >= 1 && row < 4 ? 1 : 0)
             << column << ' ' << row;
@@ -364,7 +364,7 @@ TEST(Render, AFramedBoxJustFits) {
     camera.width = width;
     camera.height = height;
     camera = framed(camera, low, high);
-    const auto view = raster::make_view(camera, Vec3::Zero());
+    const auto view = detail::make_view(camera, Vec3::Zero());
     double widest = 0.0;
     for (int k = 0; k < 8; ++k) {
       const Vec3 corner((k & 1) != 0 ? high.x() : low.x(), (k & 2) != 0 ? high.y() : low.y(),
@@ -390,7 +390,7 @@ TEST(Framing, PointsReachTwoOppositeEdgesOfThePicture) {
     const Vec3 direction = (camera.target - camera.eye).normalized();
     camera = framed(camera, points);
     EXPECT_NEAR((camera.target - camera.eye).normalized().dot(direction), 1.0, 1e-12);
-    const auto view = raster::make_view(camera, Vec3::Zero());
+    const auto view = detail::make_view(camera, Vec3::Zero());
     std::array<double, 2> low{1e9, 1e9}, high{-1e9, -1e9};
     for (const Vec3& p : points) {
       const Vec3f d = (p - camera.eye).cast<float>();

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace selvedge::raster {
+namespace selvedge::detail {
 
 DepthMap::DepthMap(const Vec3f& to_light, float radius, int resolution)
     : to_light_(to_light), resolution_(resolution) {
@@ -66,4 +66,4 @@ void DepthMap::draw(std::span<const Vec3f> x, std::span<const Triangle> triangle
   }
 }
 
-}  // namespace selvedge::raster
+}  // namespace selvedge::detail

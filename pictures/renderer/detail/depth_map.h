@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::raster {
+namespace selvedge::detail {
 
 using Vec3f = Eigen::Vector3f;
 
@@ -67,4 +67,4 @@ inline float DepthMap::depth(float u, float v) const {
                 static_cast<std::size_t>(u)];
 }
 
-}  // namespace selvedge::raster
+}  // namespace selvedge::detail

@@ -12,7 +12,7 @@
 #include <limits>
 #include <numbers>
 
-namespace selvedge::raster {
+namespace selvedge::detail {
 
 const std::array<std::int32_t, samples> sample_x = {144, 112, 208, 80, 48, 16, 176, 240};
 const std::array<std::int32_t, samples> sample_y = {80, 176, 144, 48, 208, 112, 240, 16};
@@ -287,4 +287,4 @@ void draw(const ScreenTriangle& triangle, Band& band) {
     draw_box<std::int64_t>(triangle, box, band);
 }
 
-}  // namespace selvedge::raster
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::raster {
+namespace selvedge::detail {
 
 using Vec3f = Eigen::Vector3f;
 
@@ -63,4 +63,4 @@ struct Band {
 /// ones, the first.
 void draw(const ScreenTriangle& triangle, Band& band);
 
-}  // namespace selvedge::raster
+}  // namespace selvedge::detail

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace selvedge::raster {
+namespace selvedge::detail {
 namespace {
 
 void check_surface(const RenderSurface& surface, std::size_t index) {
@@ -145,4 +145,4 @@ Geometry gather(std::span<const RenderSurface> surfaces) {
   return geometry;
 }
 
-}  // namespace selvedge::raster
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace selvedge::raster {
+namespace selvedge::detail {
 
 using Vec2f = Eigen::Vector2f;
 
@@ -33,4 +33,4 @@ inline Vec3f unit_or_zero(const Vec3f& v) {
   return length > 0.0F ? Vec3f(v / length) : Vec3f::Zero();
 }
 
-}  // namespace selvedge::raster
+}  // namespace selvedge::detail

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-namespace selvedge::raster {
+namespace selvedge::detail {
 namespace {
 
 /// Tangent of half the angular diameter of the key light. The width of a half-shadow is this factor
@@ -137,4 +137,4 @@ float Lights::sky(const Vec3f& p, const Vec3f& n, float& openness) const {
   return sum / sky_at_upward_normal_;
 }
 
-}  // namespace selvedge::raster
+}  // namespace selvedge::detail

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace selvedge::raster {
+namespace selvedge::detail {
 
 /// The lights of a picture and their shadows.
 class Lights {
@@ -33,4 +33,4 @@ class Lights {
   float sky_at_upward_normal_ = 1.0F;
 };
 
-}  // namespace selvedge::raster
+}  // namespace selvedge::detail

@@ -112,6 +112,12 @@ class Force {
   /// step of explicit integrators.
   virtual void add_stiffness_bound(const ForceState& state, std::span<double> stiffness,
                                    std::span<double> damping) const = 0;
+  /// The same of the stiffness that ties particles to places in space, as guides do.
+  virtual void add_ties(const ForceState& state, std::span<double> stiffness) const {
+    if (!is_external()) return;
+    std::vector<double> damping(stiffness.size(), 0.0);
+    add_stiffness_bound(state, stiffness, damping);
+  }
 };
 
 /// Stretch and shear springs that follow Hooke's law, with damping of the relative velocity along

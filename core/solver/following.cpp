@@ -60,6 +60,12 @@ class FollowedForces final : public Force {
     followers_.gather(std::span<const double>(k), stiffness);
     followers_.gather(std::span<const double>(d), damping);
   }
+  void add_ties(const ForceState& state, std::span<double> stiffness) const override {
+    const ForceState all = spread(state);
+    std::vector<double> k(followers_.particles(), 0.0);
+    for (const Force* force : forces_) force->add_ties(all, k);
+    followers_.gather(std::span<const double>(k), stiffness);
+  }
 
  private:
   struct Part {

@@ -48,7 +48,11 @@ EnergyBalance::EnergyBalance(const Scene& scene, const BuiltScene& built,
   const auto& springs = built.virtual_springs;
   closed_ = !response.stores_energy && !scene.air.moves() && !scene.water &&
             built.volumes.empty() && std::none_of(springs.begin(), springs.end(), follows);
-  rooted_ = !springs.empty();
+  rooted_ = !springs.empty() ||
+            std::any_of(built.solids.begin(), built.solids.end(), [&](const BuiltSolid& solid) {
+              const SolidSpec& spec = *solid_of(scene.cloths[solid.piece]);
+              return spec.slides() || !spec.force.isZero(0.0);
+            });
 }
 
 void EnergyBalance::begin() {

@@ -64,7 +64,7 @@ class EnergyBalance {
   double start_energy(const ForceSum& forces, const BalanceStep& step);
 
   bool closed_ = false;   // nothing from outside acts on the cloth
-  bool rooted_ = false;   // springs to places in space
+  bool rooted_ = false;   // springs to places in space, guides, forces on solids
   Vec3 gravity_;          // m/s²
   double slow_ = 0.0;     // m/s
   bool guards_ = true;    // asks for shorter steps

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -246,6 +247,50 @@ TEST(Jaws, PressWithTheirForce) {
   EXPECT_NEAR(w.solids[0].force.y(), kForce, 0.01 * kForce);
   EXPECT_NEAR(w.solids[1].force.y(), -kForce, 0.01 * kForce);
   EXPECT_TRUE(simulation.result().clean);
+}
+
+// The friction of both jaws is 2 · 0.7 · 5 N.
+TEST(Jaws, HoldUpToTheirFrictionAndNoFurther) {
+  const std::filesystem::path file = SELVEDGE_SOURCE_DIR "/data/scenes/jaws.json";
+  const double most = 7.0 / 9.81, strip = 0.04 * 0.12 * 0.2;  // kg
+  for (const double share : {0.97, 1.03}) {
+    Scene scene = read_scene(file);
+    scene.weights[0].mass = (share * most - strip) / 9.0;  // at each of nine vertices
+    Simulation simulation(scene, build_scene(scene));
+    simulation.advance_to_frame(36);  // the handle lets go at 24
+    const Vec3 before = simulation.positions()[0];
+    simulation.advance_to_frame(48);
+    const double fallen = before.z() - simulation.positions()[0].z();
+    EXPECT_TRUE(share < 1.0 ? fallen < 5e-4 : fallen > 3e-3) << fallen << " m in 0.2 s";
+    EXPECT_TRUE(simulation.result().clean);
+  }
+}
+
+// A guide takes what is across its line, and a force works along its way: in the frame of the
+// centre of mass both would seem to give energy.
+TEST(Solids, OnGuidesAndUnderForcesGainNoEnergy) {
+  for (const bool slides : {true, false}) {
+    Scene scene = empty_scene();
+    scene.gravity = Vec3(0.0, 0.0, slides ? -9.81 : 0.0);
+    scene.time.energy_guard = false;
+    scene.cloths.push_back(sheet(0.1, 6, Vec3(0.0, 0.0, -0.3)));
+    const Vec3 along = Vec3(1.0, 0.0, 1.0).normalized(), start(0.0, 0.0, 0.3);
+    scene.cloths.push_back(solid("block", Box{Vec3(0.1, 0.1, 0.1)},
+                                 {.mass = 0.2,
+                                  .slide = slides ? along : Vec3(Vec3::Zero()),
+                                  .force = slides ? Vec3(Vec3::Zero()) : Vec3(0.5, 0.2, 0.0)},
+                                 start));
+    Simulation simulation(scene, build_scene(scene));
+    simulation.advance_to_frame(20);
+    const Vec3 way = centre(simulation, 0) - start;
+    EXPECT_GT(way.norm(), 0.1);
+    if (slides) {
+      EXPECT_LT((way - along * along.dot(way)).norm(), 1e-6) << "stays on its line";
+    }
+    const auto balance = simulation.result().ledger.at("balance");
+    EXPECT_LT(balance.at("energy_gained_J"), 1e-6) << (slides ? "guide" : "force");
+    EXPECT_GE(balance.at("steps"), 20.0);
+  }
 }
 
 TEST(Solids, NeedTheSearchOfTheClothAgainstItself) {

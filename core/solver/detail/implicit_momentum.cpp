@@ -30,8 +30,8 @@ void ImplicitSystem::force_impulses(std::span<const Vec3> v, std::span<const Vec
   for (std::size_t i = 0; i < n; ++i) out.external[i] = s.h * out.external[i] - s.gain * damped[i];
 }
 
-/// For each particle the group of pieces that contacts join, if nothing in it is held and no
-/// contact of it is with something outside; else -1.
+/// For each particle the group of pieces that contacts join, if nothing in it is held or tied to a
+/// place and no contact of it is with something outside; else -1.
 std::vector<std::int32_t> ImplicitSystem::closed_groups() {
   const std::span<const std::int32_t> piece = pieces_.of_particles();
   std::vector<std::int32_t> group(pieces_.count());
@@ -54,12 +54,14 @@ std::vector<std::int32_t> ImplicitSystem::closed_groups() {
     for (int k = 0; k < 4; ++k)
       if (first >= 0 && term.particle[k] < 0 && term.weight[k] != 0.0) open[first] = 1;
   }
+  std::vector<double> ties(piece.size(), 0.0);
+  for (const auto& force : forces_) force->add_ties(assembled_.at, ties);
   std::vector<std::int32_t> of(piece.size());
   for (std::size_t p = 0; p < group.size(); ++p)
     if (open[p] != 0) open[root(static_cast<std::int32_t>(p))] = 1;
   for (std::size_t i = 0; i < of.size(); ++i) {
     of[i] = root(piece[i]);
-    if (free_[i] == 0) open[of[i]] = 1;
+    if (free_[i] == 0 || ties[i] > 0.0) open[of[i]] = 1;
   }
   for (std::int32_t& g : of)
     if (open[g] != 0) g = -1;

@@ -11,6 +11,7 @@ penalty   C10, Figure 45: a cloth that falls onto the table with penalty springs
 levels    C19: adaptive and multi-level meshes against uniform ones, time and error
 layers    C20: a bilayered cloth against plain sheets, time and error
 voxels    C15: two sheets that fall onto a ball, with voxels of several sizes
+maps      C11: whole runs with depth and normal maps against the tree, body at rest and moving, time and error
 
 The cloth is at balance when the root of its mean squared speed stays below 5 mm/s. Simulations use one thread; times are
 those of the processor, which other programs disturb less than those of the clock.
@@ -300,7 +301,39 @@ def voxels(options):
         print(f"{size:g} | {seconds[size][0]:.3f} | {over} | {same}", flush=True)
 
 
-PARTS = {"limiters": limiters, "meshes": meshes, "penalty": penalty, "levels": levels, "layers": layers, "voxels": voxels}
+def maps(options):
+    """Each detector in turn on data/validation/depth_maps.json, and on the same sphere moving up and down by 5 cm."""
+    scene = json.loads((pathlib.Path(__file__).parent.parent / "data/validation/depth_maps.json").read_text())
+    del scene["$schema"]
+    scene["geometry"][0]["cells"] = [options.size - 1, options.size - 1]
+    moving = [{"time": k / 2, "translation": [0, 0, 0.05 * (k % 2)]} for k in range(12)]
+    print("body | detector | processor s, median (range), over the tree | most crossings of a frame, self and body | "
+          "RMS distance to the tree, % of the side | the tree, with velocities of another seed")
+    for motion in (None, moving):
+        if motion:
+            scene["obstacles"][0]["motion"] = motion
+        seconds, places, crossings = {}, {}, {}
+        for turn, detector, seed in itertools.product(range(options.turns), ("bvh_aabb", "depth_normal_maps"), (0, 1)):
+            if seed and (turn or detector != "bvh_aabb"):
+                continue
+            scene["contact"] = {"broad_phase": detector}
+            scene["perturbation"] = {"speed": 0.001 * seed, "seed": 1}
+            simulation = selvedge.Simulation(scene)
+            begin = time.process_time()
+            simulation.advance_to_frame(int(options.longest * 60))
+            if not seed:
+                seconds.setdefault(detector, []).append(time.process_time() - begin)
+            places[detector, seed] = np.array(simulation.positions)
+            result = simulation.result()
+            crossings[detector] = result["worst_self_intersections"], result["worst_body_intersections"]
+        tree = places["bvh_aabb", 0]
+        for detector, own in seconds.items():
+            over = spread([a / b for a, b in zip(own, seconds["bvh_aabb"])])
+            print(f"{'moving' if motion else 'at rest'} | {detector} | {spread(own)}, {over} | {crossings[detector]} | "
+                  f"{rms(places[detector, 0] - tree):.3f} | {rms(places['bvh_aabb', 1] - tree):.3f}", flush=True)
+
+
+PARTS = {"maps": maps, "limiters": limiters, "meshes": meshes, "penalty": penalty, "levels": levels, "layers": layers, "voxels": voxels}
 
 
 def arguments(words=None):

@@ -6,6 +6,7 @@
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/core/cloth/cloth_mesh.h>
 #include <selvedge/scene/build.h>
+#include <selvedge/scene/detail/between_particles.h>
 #include <selvedge/scene/detail/check_scene.h>
 #include <selvedge/scene/detail/make_piece.h>
 #include <selvedge/scene/detail/rest_gap.h>
@@ -298,6 +299,12 @@ void refuse_rest_gaps(const Scene& scene, const ContactPairs& pairs, const Built
     }
 }
 
+bool tests_particles_alone(const Scene& scene, const Methods& methods) {
+  const BroadPhaseRegistry& known = methods.broad_phases;
+  return known.contains(scene.contact.broad_phase) &&
+         known.at(scene.contact.broad_phase)(scene.contact.broad_phase_options)->traits().particles;
+}
+
 }  // namespace
 
 BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
@@ -316,10 +323,12 @@ BuiltScene build_scene(const Scene& scene, const PieceMaker& make) {
 }
 
 BuiltScene build_scene(const Scene& scene, const Methods& methods) {
-  return build_scene(scene, [&](std::size_t i) {
+  BuiltScene built = build_scene(scene, [&](std::size_t i) {
     const ClothSpec& cloth = scene.cloths[i];
     return make_piece(cloth, scene.materials.at(cloth.material), methods.patterns);
   });
+  if (tests_particles_alone(scene, methods)) detail::warn_between_particles(scene, built);
+  return built;
 }
 
 }  // namespace selvedge

@@ -110,12 +110,15 @@ class DepthNormalMaps {
 /// Options of ParticleMaps.
 struct ParticleMapsConfig {
   /// Texels along the longer side of each picture, 16 to 4096. Finer: errors shrink in proportion
-  /// to the texel side, drawing cost grows with the square of the resolution.
-  int resolution = 512;
+  /// to the texel side, drawing cost grows with the square of the resolution. 0: the least multiple
+  /// of 64 for which sideways_error() is an eighth of the reach of the first call, at most 4096;
+  /// 512 if the first call is of find_pairs.
+  int resolution = 0;
   /// Axes that the body is drawn along, 1 to 3, those along which its box is shortest first. 1:
   /// front and back. 2: also from both sides. 3: also from above and below. More: fewer hidden
-  /// parts, and contacts beside the outline; costs one pair of pictures each.
-  int views = 1;
+  /// parts, and contacts beside the outline; costs one pair of pictures each. 0: as few as show 99
+  /// % of the area of the first body under at most 60 degrees, else 3.
+  int views = 0;
 };
 
 /// The detector of [Vassilev2001]: contacts of particles with a closed body from its depth and
@@ -152,6 +155,7 @@ class ParticleMaps final : public BroadPhase {
   BroadPhaseCost last_cost() const override;
 
   std::size_t renders() const;    ///< pairs of pictures drawn so far, of all views
+  int views() const;              ///< in use; 0: nothing was drawn yet
   double sideways_error() const;  ///< m, half the diagonal of the largest texel in use
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The detector of [VassilevSpanlang2000]; survey section 6.1.3 "Image space". Deviations: particles
-// beside the outline are answered by further views if the scene asks for them, and the depth along
-// the axis is turned into a distance along the normal, so that a rest gap means the same
-// everywhere.
+// beside the outline are answered by further views, and the depth along the axis is turned into a
+// distance along the normal, so that a rest gap means the same everywhere. Views and resolution
+// follow from the body and the reach unless they are given.
 #include <selvedge/broadphase/detail/box_pairs.h>
 #include <selvedge/broadphase/detail/collect_pairs.h>
 #include <selvedge/broadphase/image_space/image_space.h>
@@ -27,6 +27,18 @@ namespace {
 /// within 60 degrees of the axis needs no more, and one of three views sees every place so.
 constexpr double kDeepest = 2.0;
 
+/// Of the area of a body, the part that enough views show under at most 60 degrees.
+constexpr double kShown = 0.99;
+constexpr double kSteepestCosine = 0.5;
+
+/// Distances are wrong by sideways_error() at most where a view shows the body under 60 degrees.
+/// The chosen resolution makes that an eighth of the reach, which is less than a fifth of the rest
+/// gap.
+constexpr double kErrorOfReach = 0.125;
+constexpr int kLeastTexels = 64, kMostTexels = 4096, kTexelsOfTiles = 64;
+/// Without a reach: pairs for a narrow phase.
+constexpr int kUsualTexels = 512;
+
 constexpr std::size_t kParticleGrain = 2048;  // particles per range: about 100 µs of work
 
 /// The axes of the world, that of the shortest side of the box first.
@@ -40,6 +52,38 @@ std::array<int, 3> axes_by_extent(std::span<const Vec3> x) {
   std::array<int, 3> axes = {0, 1, 2};
   std::stable_sort(axes.begin(), axes.end(), [&](int i, int j) { return extent[i] < extent[j]; });
   return axes;
+}
+
+/// How many views, in the order of `axes`, show kShown of the area of the body under at most 60
+/// degrees; 3 if it takes all.
+int views_for(const SurfaceView& body, const std::array<int, 3>& axes) {
+  std::array<double, 3> shown{};
+  double whole = 0.0;
+  for (const Triangle& t : body.triangles) {
+    const Vec3& x = body.x_t1[t[0]];
+    const Vec3 area = 0.5 * (body.x_t1[t[1]] - x).cross(body.x_t1[t[2]] - x);
+    whole += area.norm();
+    bool seen = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      seen = seen || std::abs(area[axes[k]]) >= kSteepestCosine * area.norm();
+      if (seen) shown[k] += area.norm();
+    }
+  }
+  for (int k = 0; k < 2; ++k)
+    if (shown[k] >= kShown * whole) return k + 1;
+  return 3;
+}
+
+/// Texels along the longer side of a picture of the box [lo, hi] for an error of `error` (m).
+int texels_for(std::span<const Vec3> x, double error) {
+  Vec3 lo = x[0], hi = x[0];
+  for (const Vec3& p : x) {
+    lo = lo.cwiseMin(p);
+    hi = hi.cwiseMax(p);
+  }
+  const double texels = (hi - lo).maxCoeff() / (std::sqrt(2.0) * error);
+  const double tiles = std::ceil(std::min(texels, double{kMostTexels}) / kTexelsOfTiles);
+  return std::clamp(static_cast<int>(tiles) * kTexelsOfTiles, kLeastTexels, kMostTexels);
 }
 
 /// Barycentric coordinates of q in the triangle, both seen along an axis of the world; brought into
@@ -63,6 +107,8 @@ struct ParticleMaps::State {
   ParticleMapsConfig config;
   std::array<std::optional<DepthNormalMaps>, 3> maps;  // by axis; drawn when first used
   std::array<int, 3> axes{0, 1, 2};                    // of the views, in the order of their use
+  int count = 0;                                       // of the views; 0: not chosen
+  int texels = 0;                                      // along a picture; 0: not chosen
   detail::SurfaceBoxes boxes_a, boxes_b;
   std::array<std::vector<ParticleAnswer>, 3> seen;  // by axis, of each particle
   std::vector<ParticleContact> answers;             // of each particle
@@ -70,18 +116,21 @@ struct ParticleMaps::State {
   detail::PairCollector collector;
   BroadPhaseCost cost;
 
-  std::span<const int> views() const { return std::span(axes).first(config.views); }
-  void draw(const SurfaceView& body);
+  std::span<const int> views() const { return std::span(axes).first(count); }
+  void draw(const SurfaceView& body, double reach);
   ParticleContact answer(std::size_t particle, const SurfaceView& cloth, const SurfaceView& body,
                          double reach) const;
 };
 
-void ParticleMaps::State::draw(const SurfaceView& body) {
+void ParticleMaps::State::draw(const SurfaceView& body, double reach) {
   axes = axes_by_extent(body.x_t1);
+  if (count == 0) count = config.views > 0 ? config.views : views_for(body, axes);
+  if (texels == 0 && config.resolution == 0 && reach > 0.0)
+    texels = texels_for(body.x_t1, kErrorOfReach * reach);
+  if (texels == 0) texels = config.resolution > 0 ? config.resolution : kUsualTexels;
   for (const int axis : views()) {
     if (!maps[axis])
-      maps[axis].emplace(
-          DepthNormalConfig{.resolution = config.resolution, .axis = Vec3::Unit(axis)});
+      maps[axis].emplace(DepthNormalConfig{.resolution = texels, .axis = Vec3::Unit(axis)});
     maps[axis]->update(body);
   }
 }
@@ -120,10 +169,11 @@ ParticleContact ParticleMaps::State::answer(std::size_t particle, const SurfaceV
 
 ParticleMaps::ParticleMaps(const ParticleMapsConfig& config) : state_(std::make_unique<State>()) {
   state_->config = config;
-  DepthNormalMaps({.resolution = config.resolution});  // refuses a resolution out of range
-  if (config.views < 1 || config.views > 3)
+  if (config.resolution != 0)
+    DepthNormalMaps({.resolution = config.resolution});  // refuses a resolution out of range
+  if (config.views < 0 || config.views > 3)
     throw std::invalid_argument("depth_normal_maps: " + std::to_string(config.views) +
-                                " views; give 1, 2 or 3");
+                                " views; give 1, 2 or 3, or 0 for as many as the body needs");
 }
 ParticleMaps::~ParticleMaps() = default;
 
@@ -134,7 +184,7 @@ void ParticleMaps::find_particle_contacts(const SurfaceView& a, const SurfaceVie
   detail::check_shape(a, "first surface");
   detail::check_shape(b, "second surface");
   if (a.x_t1.empty() || b.triangles.empty()) return;
-  s.draw(b);
+  s.draw(b, reach);
   for (const int axis : s.views()) {
     s.seen[axis].resize(a.x_t1.size());
     s.maps[axis]->answer(a.x_t1, s.seen[axis]);
@@ -160,7 +210,7 @@ void ParticleMaps::find_pairs(const SurfaceView& a, const SurfaceView& b, Candid
   detail::check_finite(b, "second surface");
   if (a.x_t1.empty() || b.triangles.empty()) return;
   const bool is_first = renders() == 0;
-  s.draw(b);
+  s.draw(b, 0.0);
   (is_first ? s.cost.build_s : s.cost.refit_s) = seconds_since(begin);
   const auto drawn = std::chrono::steady_clock::now();
   s.boxes_a.fit(a);
@@ -225,6 +275,8 @@ std::size_t ParticleMaps::renders() const {
       [](std::size_t sum, const auto& maps) { return sum + (maps ? maps->renders() : 0); });
 }
 
+int ParticleMaps::views() const { return state_->count; }
+
 double ParticleMaps::sideways_error() const {
   double worst = 0.0;
   for (const int axis : state_->views())
@@ -238,19 +290,19 @@ void register_particle_maps(BroadPhaseRegistry& registry) {
                {{.name = "resolution",
                  .initial = static_cast<double>(defaults.resolution),
                  .unit = "texels",
-                 .least = 16.0,
+                 .least = 0.0,
                  .most = 4096.0,
                  .kind = OptionKind::whole,
                  .meaning = "texels along the longer side of each picture; more: smaller errors, "
-                            "slower drawing"},
+                            "slower drawing; 0: for errors of a fifth of the rest gap"},
                 {.name = "views",
                  .initial = static_cast<double>(defaults.views),
                  .unit = "1",
-                 .least = 1.0,
+                 .least = 0.0,
                  .most = 3.0,
                  .kind = OptionKind::whole,
                  .meaning = "1: front and back of the body; 2: also its sides; 3: also from above "
-                            "and below"}},
+                            "and below; 0: as many as show its surface under 60 degrees"}},
                [](const MethodOptions& o) {
                  return std::make_unique<ParticleMaps>(ParticleMapsConfig{
                      .resolution = o.whole("resolution"), .views = o.whole("views")});

@@ -62,10 +62,12 @@ def fault_of_bench(words):
     return fault_of_options(words[1:], options_of(ROOT / f"bench/{words[0]}.cpp"))
 
 
-def fault_of_size(words):
+def fault_of_python(name, words):
+    """Of the arguments of a Python script in bench/."""
     for missing in ("numpy", "selvedge"):  # only the arguments are read
         sys.modules.setdefault(missing, types.ModuleType(missing))
-    spec = importlib.util.spec_from_file_location("survey_size", ROOT / "bench/survey_size.py")
+    sys.path.insert(0, str(ROOT / "bench"))
+    spec = importlib.util.spec_from_file_location(name, ROOT / f"bench/{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     said = io.StringIO()
@@ -81,8 +83,8 @@ def fault_of(claim, command):
     program, *words = shlex.split(command)
     if program == "bench":
         return fault_of_bench(words)
-    if program == "bench/survey_size.py":
-        return fault_of_size(words)
+    if program in ("bench/survey_size.py", "bench/survey_figures.py"):
+        return fault_of_python(pathlib.Path(program).stem, words)
     if program == "bench/survey_claims.sh":
         return "" if words == [claim] else f"measures {words} and not {claim}"
     if program == "scripts/tables.sh":

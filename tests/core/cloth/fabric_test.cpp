@@ -97,6 +97,24 @@ TEST(MeasuredFabrics, EverydayNamesStandForMeasuredOnes) {
   }
 }
 
+// LT is the work over that of a straight line, G and B slopes of the chords between the places at
+// which Kawabata's sheets take them.
+TEST(Fabrics, TheFiguresOfPlainFiguresAreThoseOfTheCurvesOfPlainCurves) {
+  const Material curves = find_fabric("usual_kes/plain_curves", "/nowhere").material,
+                 figures = find_fabric("usual_kes/plain_figures", "/nowhere").material;
+  const MonotoneCurve& pull = curves.tension_curve;
+  const double end = pull.x().back();
+  EXPECT_NEAR(end, figures.kawabata_strain, 1e-12);
+  EXPECT_NEAR(pull.work(end) / (0.5 * end * pull.value(end)), figures.kawabata_lt, 0.01);
+  const auto chord = [](const MonotoneCurve& of, double from, double to) {
+    return (of.value(to) - of.value(from)) / (to - from);
+  };
+  const double degree = std::numbers::pi / 180.0;
+  EXPECT_NEAR(chord(curves.shear_curve, 0.5 * degree, 2.5 * degree) / figures.shear_stiffness, 1.0,
+              0.01);
+  EXPECT_NEAR(chord(curves.bending_curve, 50.0, 150.0) / figures.bending_stiffness, 1.0, 0.01);
+}
+
 TEST_F(FabricFile, UnitsAreConvertedToSI) {
   const Fabric f = read(R"json({"source": "me", "density": {"value": 5, "unit": "oz/yd2"},
     "stretch": {"warp": 500, "weft": 300, "unit": "gf/cm"}, "shear": {"value": 1, "unit": "gf/(cm*deg)"},

@@ -25,7 +25,7 @@ struct Pull {
   std::int32_t vertex = 0;   // of the surface
   Vec3 axis = Vec3::Zero();  // unit
   double target = 0.0;       // m, along the axis
-  double area = 0.0;         // m²
+  double area = 0.0;         // m², times the strength of the pull
 };
 
 /// f = A k e / √(1 + (k e / p)²) along the axis, e: the way to the target, k: stiffness, p: the
@@ -146,7 +146,7 @@ class Drawing {
       pulls_.push_back({.vertex = garment_.corner[v],
                         .axis = place.axis,
                         .target = place.axis.dot(start + place.shift),
-                        .area = area[v]});
+                        .area = place.strength * area[v]});
     }
   }
 

@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/detection/find.h>
+#include <selvedge/dress/detail/deformation.h>
 #include <selvedge/dress/detail/dressing.h>
 #include <selvedge/dress/detail/fit.h>
 #include <selvedge/dress/detail/origin.h>
 #include <selvedge/dress/detail/worn_measures.h>
+#include <selvedge/dress/detail/worn_openings.h>
 #include <selvedge/dress/dress.h>
 
 #include <Eigen/Geometry>
@@ -189,6 +191,15 @@ class PhaseTime {
   Stopwatch watch_;
 };
 
+/// The landmarks of a person; none of a bust, a leg or a table.
+std::optional<BodyLandmarks> landmarks_of(const TriangleMesh& body) {
+  try {
+    return find_landmarks(body);
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
 /// Refuses a pattern beside the body, or moves it to its place.
 void find_origin(GarmentMesh& panels, bool is_fitted, DressResult& result) {
   const detail::OriginFit fit = detail::fit_origin(panels, result.body);
@@ -196,6 +207,32 @@ void find_origin(GarmentMesh& panels, bool is_fitted, DressResult& result) {
   if (!is_fitted || fit.origin.empty()) throw DressFailed(fit.fault());
   for (Vec3& x : panels.placed) x += fit.by;
   result.origin_moved = fit.by;
+}
+
+constexpr double kHeightOff = 0.06;   // m, from which a pattern is for a body of another height
+constexpr double kSleevesOff = 0.06;  // m, from which it is for arms at another angle
+
+/// Moves a pattern for a taller or shorter person up or down, and arranges one for arms at another
+/// angle; or says so.
+void find_stand(SewingPattern pattern, const BodyLandmarks& landmarks, bool is_fitted,
+                const PanelMeshConfig& mesh, GarmentMesh& panels, DressResult& result) {
+  for (PatternPanel& panel : pattern.panels) panel.translation += result.origin_moved;
+  const detail::PatternStand stand = detail::stand_of(pattern, result.body, landmarks);
+  const auto note = [&](const std::string& what) { result.notes.push_back("the pattern " + what); };
+  if (std::abs(stand.height) > kHeightOff && !is_fitted)
+    note(fmt::format("stands {:.2f} m {} its place on this body; --fit-origin moves it",
+                     std::abs(stand.height), stand.height > 0.0 ? "below" : "above"));
+  if (stand.sleeves > kSleevesOff && !is_fitted)
+    note("is drawn for arms at another angle; --arrange places its sleeves along the arms");
+  if (!is_fitted) return;
+  if (stand.sleeves > kSleevesOff) {
+    note("is drawn for arms at another angle: its panels were arranged anew");
+    panels = mesh_garment(stand.arranged, mesh);
+    result.origin_moved = Vec3::Zero();
+  } else if (std::abs(stand.height) > kHeightOff) {
+    for (Vec3& x : panels.placed) x.z() += stand.height;
+    result.origin_moved.z() += stand.height;
+  }
 }
 
 void leave_room(const TriangleMesh& body, double room, DressResult& result) {
@@ -207,16 +244,17 @@ void leave_room(const TriangleMesh& body, double room, DressResult& result) {
 }
 
 detail::Garment make_start(const SewingPattern& pattern, const DressConfig& config,
-                           double edge_length, const detail::Deadline& deadline,
-                           DressResult& result) {
+                           const std::optional<BodyLandmarks>& landmarks,
+                           const detail::Deadline& deadline, DressResult& result) {
   const PhaseTime time(result, "start");
   deadline.check();
   PanelMeshConfig mesh;
-  mesh.edge_length = edge_length;
+  mesh.edge_length = levels_of(config).edge_length;
   mesh.limits = config.limits;
   GarmentMesh panels = mesh_garment(pattern, mesh);
   start_report(panels, result);
   find_origin(panels, config.fit_origin, result);
+  if (landmarks) find_stand(pattern, *landmarks, config.fit_origin, mesh, panels, result);
   result.moved = find_free_start(panels, result.body, config.largest_move, config.under,
                                  [&] { deadline.check(); });
   return detail::start_garment(panels, config.under, config.held_labels);
@@ -279,6 +317,46 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
   return std::move(*nearly_closed);
 }
 
+/// Share of the area that lies folded over itself, and the panels with most of it.
+double folded_share(const detail::Garment& garment, const TriangleMesh& body, std::size_t panels) {
+  const std::vector<double> shares =
+      detail::folded_areas(garment.surface, garment.panel_of_triangle, body, panels);
+  double folded = 0.0, all = 0.0;
+  for (std::size_t i = 0; i < garment.flat.triangles.size(); ++i) {
+    const double area = detail::deformation(garment.surface, garment.flat, i).area;
+    folded += shares[static_cast<std::size_t>(garment.panel_of_triangle[i])] * area;
+    all += area;
+  }
+  return all > 0.0 ? folded / all : 0.0;
+}
+
+constexpr double kDrawAgain =
+    0.015;                         // share of the area that is folded, from which hands help again
+constexpr double kStronger = 3.0;  // factor of their pull, each time
+constexpr int kMostDraws = 3;
+
+/// Draws the garment into place and lets it come to rest; again with more strength while cloth lies
+/// folded over itself.
+void draw_and_settle(detail::Garment& garment, const detail::Garment& start,
+                     std::vector<detail::PanelPlace> places, const detail::Dressing& dressing,
+                     DressResult& result) {
+  double before = std::numeric_limits<double>::infinity();
+  for (int draw = 0; draw < kMostDraws; ++draw) {
+    {
+      const PhaseTime time(result, "draw");
+      detail::draw_into_place(garment, start, places, dressing, result);
+    }
+    {
+      const PhaseTime time(result, "settle");
+      detail::settle(garment, dressing, DressPhase::settle, result);
+    }
+    const double folded = folded_share(garment, result.body, result.panel_names.size());
+    if (folded < kDrawAgain || folded > 0.8 * before) return;
+    before = folded;
+    for (detail::PanelPlace& place : places) place.strength *= kStronger;
+  }
+}
+
 }  // namespace
 
 const char* phase_name(DressPhase phase) {
@@ -327,20 +405,14 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   check_under(config.under, result.body);
   for (const WornGarment& worn : config.under) result.under.push_back({.garment = worn});
   const Levels levels = levels_of(config);
-  const detail::Garment start = make_start(pattern, config, levels.edge_length, deadline, result);
+  const std::optional<BodyLandmarks> landmarks = landmarks_of(body);
+  const detail::Garment start = make_start(pattern, config, landmarks, deadline, result);
   const std::vector<detail::BodyZone> zones = detail::body_zones(result.body);
   const std::vector<detail::PanelPlace> places =
       detail::panel_places(start, result.panel_names.size(), neck_height(zones));
   const detail::Dressing dressing{result.body, config, methods, observer, deadline};
   detail::Garment garment = sewn(start, dressing, result);
-  {
-    const PhaseTime time(result, "draw");
-    detail::draw_into_place(garment, start, places, dressing, result);
-  }
-  {
-    const PhaseTime time(result, "settle");
-    detail::settle(garment, dressing, DressPhase::settle, result);
-  }
+  draw_and_settle(garment, start, places, dressing, result);
   if (result.body_moved > 0) {
     const PhaseTime time(result, "skin");
     detail::return_skin(garment, dressing, body, result.body, result);
@@ -356,6 +428,7 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   report_drops(start, garment, places, result);
   report_garment(garment, body, result);
   detail::measure_worn(start, garment, result);
+  if (landmarks) detail::measure_openings(start, garment, *landmarks, result);
   detail::measure_fit(zones, result);
   if (!config.motion.poses.empty()) {
     const PhaseTime time(result, "move");

@@ -87,7 +87,8 @@ struct DressConfig {
   /// Stretch from which a garment is too small to be worn, whatever its fabric survives.
   double wearable_stretch = 0.3;
   /// Moves a pattern that stands beside the body, because it is drawn for a body with another
-  /// origin, to its place. Otherwise such a pattern is refused.
+  /// origin, to its place. Otherwise such a pattern is refused. Also moves one that is drawn for a
+  /// person of another height up or down.
   bool fit_origin = false;
   double budget = std::numeric_limits<double>::infinity();  ///< s of wall time, for all of it
   PatternLimits limits;
@@ -170,6 +171,25 @@ struct FitZone {
   double ease() const { return is_closed ? cloth - body : 0.0; }  ///< m, of a ring
 };
 
+/// An opening of the sewn garment, such as that of a sleeve, and what comes out of it.
+struct GarmentOpening {
+  std::int32_t panel = -1;         ///< with the largest part of its border
+  Vec3 at = Vec3::Zero();          ///< m, its middle
+  double length = 0.0;             ///< m, around it in the pattern
+  std::vector<std::string> parts;  ///< "head", "left arm", "right leg"...; empty: nothing does
+};
+
+/// A panel that lies elsewhere on the body than its name or the pattern says.
+struct WornFault {
+  enum class Kind {
+    hood,      ///< the head is not in the hood
+    at_back,   ///< its name says front
+    in_front,  ///< its name says back
+  };
+  Kind kind = Kind::hood;
+  std::int32_t panel = -1;
+};
+
 /// A garment on a body. The fields describe the pose in which it was put on, except `clean`,
 /// `states`, and those of the motion.
 struct DressResult {
@@ -208,13 +228,18 @@ struct DressResult {
   /// largest of all panels; -1: the pattern is not its own mirror image
   double asymmetry = -1.0;
   std::int32_t asymmetric_panel = -1;
-  std::vector<FitZone> fit;                  ///< where they were found on the body
-  std::string fabric_name;                   ///< DressConfig::fabric_name
-  double body_friction = 0.0;                ///< DressConfig::body_friction
-  double largest_drop = 0.0;                 ///< m, DressConfig::largest_drop
-  double drop = 0.0;                         ///< m, by which its centre sank while it settled
-  std::int64_t states = 0;                   ///< accepted and judged
-  int attempts = 0;                          ///< to close the seams, the last one included
+  /// Openings that a hand passes through, and panels that lie elsewhere. Empty unless the body has
+  /// head, arms, legs and feet.
+  std::vector<GarmentOpening> openings;
+  std::vector<WornFault> misworn;
+  std::vector<double> panel_turned;  ///< rad, of each panel, from where the pattern places it
+  std::vector<FitZone> fit;          ///< where they were found on the body
+  std::string fabric_name;           ///< DressConfig::fabric_name
+  double body_friction = 0.0;        ///< DressConfig::body_friction
+  double largest_drop = 0.0;         ///< m, DressConfig::largest_drop
+  double drop = 0.0;                 ///< m, by which its centre sank while it settled
+  std::int64_t states = 0;           ///< accepted and judged
+  int attempts = 0;                  ///< to close the seams, the last one included
   double sew_time = 0.0, settle_time = 0.0;  ///< s, simulated
   std::size_t held = 0;                      ///< vertices that a label held at first
   double held_time = 0.0;                    ///< s, for that long

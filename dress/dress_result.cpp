@@ -330,10 +330,23 @@ Json panel_json(const DressResult& result, std::size_t p) {
   Vec3 by = Vec3::Zero();
   for (const MovedPanel& moved : result.moved)
     if (moved.panel == static_cast<std::int32_t>(p)) by = moved.by;
-  return {{"name", result.panel_names[p]},
-          {"moved_at_start_m", by.norm()},
-          {"drop_m", result.panel_drop[p]},
-          {"folded_share", result.panel_folded[p]}};
+  Json json = {{"name", result.panel_names[p]},
+               {"moved_at_start_m", by.norm()},
+               {"drop_m", result.panel_drop[p]},
+               {"folded_share", result.panel_folded[p]}};
+  if (!result.panel_turned.empty()) json["turned_rad"] = result.panel_turned[p];
+  return json;
+}
+
+/// The openings; places are in metres, z up, as in frames/.
+Json openings_json(const DressResult& r) {
+  Json list = Json::array();
+  for (const GarmentOpening& opening : r.openings)
+    list.push_back({{"panel", r.panel_names[static_cast<std::size_t>(opening.panel)]},
+                    {"at_m", {opening.at.x(), opening.at.y(), opening.at.z()}},
+                    {"around_m", opening.length},
+                    {"parts", opening.parts}});
+  return list;
 }
 
 Json under_json(const DressResult& result) {
@@ -443,6 +456,7 @@ Json result_json(const std::string& pattern, const DressResult& r, const std::st
   json["pressure_scale_top_Pa"] = pressure_scale(r).top;
   json["tight"] = tight_json(r);
   if (r.asymmetry >= 0.0) json["asymmetry_m"] = r.asymmetry;
+  json["openings"] = openings_json(r);
   json["fit"] = fit_json(r);
   json["skin_back"] = Json::array();
   for (const SkinPlace& place : r.skin)

@@ -4,6 +4,7 @@
 // the feet, and a pattern that is drawn for one kind stands beside a body of the other.
 #include <fmt/format.h>
 #include <selvedge/dress/detail/origin.h>
+#include <selvedge/dress/internal/arrange.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -68,6 +69,18 @@ double mean_distance(std::span<const Vec3> points, const Vec3& by, std::span<con
   return sum / static_cast<double>(points.size());
 }
 
+double top_of(const PatternPanel& panel) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const Vec2& x : panel.vertices) highest = std::max(highest, place_point(panel, x).z());
+  return highest;
+}
+
+Vec3 middle_of(const PatternPanel& panel) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec2& x : panel.vertices) sum += place_point(panel, x);
+  return sum / static_cast<double>(panel.vertices.size());
+}
+
 }  // namespace
 
 bool OriginFit::is_beside() const {
@@ -113,6 +126,36 @@ OriginFit fit_origin(const GarmentMesh& garment, const TriangleMesh& body) {
     fit.origin = origin;
   }
   return fit;
+}
+
+PatternStand stand_of(const SewingPattern& pattern, const TriangleMesh& body,
+                      const BodyLandmarks& landmarks) {
+  using Part = PanelRole::Part;
+  Arrangement arranged = arrange(pattern, body, landmarks);
+  PatternStand stand;
+  const auto has_part = [&](std::size_t p, std::span<const Part> parts) {
+    return std::find(parts.begin(), parts.end(), arranged.roles[p].part) != parts.end();
+  };
+  for (const auto& parts : {std::vector{Part::torso}, {Part::skirt, Part::leg, Part::waistband}}) {
+    std::vector<double> off;
+    for (std::size_t p = 0; p < arranged.roles.size(); ++p)
+      if (has_part(p, parts))
+        off.push_back(top_of(arranged.pattern.panels[p]) - top_of(pattern.panels[p]));
+    if (off.empty()) continue;
+    const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+    std::nth_element(off.begin(), middle, off.end());
+    stand.height = *middle;
+    break;
+  }
+  for (std::size_t p = 0; p < arranged.roles.size(); ++p) {
+    if (arranged.roles[p].part != Part::sleeve) continue;
+    Vec3 off = middle_of(arranged.pattern.panels[p]) - middle_of(pattern.panels[p]) -
+               stand.height * Vec3::UnitZ();
+    off -= off.dot(landmarks.forward) * landmarks.forward;
+    stand.sleeves = std::max(stand.sleeves, off.norm());
+  }
+  stand.arranged = std::move(arranged.pattern);
+  return stand;
 }
 
 }  // namespace selvedge::detail

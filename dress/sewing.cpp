@@ -25,6 +25,7 @@ constexpr double kProgress = 0.05;  // of the mean opening, within that many fra
 // The last open pairs may hold a fold of cloth between them. It slides out when they let go of it
 // and the cloth is stiff, and stiff cloth stays out when they pull again.
 constexpr int kMostReleases = 3;        // of an attempt
+constexpr int kUnpicked = 3;            // pairs beside open ones, more of them each time
 constexpr double kReleaseTime = 0.3;    // s, without a pull
 constexpr double kReleaseLonger = 1.5;  // s, by which each release lengthens the sewing
 constexpr double kReleaseBending =
@@ -205,7 +206,7 @@ class Sewing {
   void release() {
     ++releases_;
     if (!best_ || garment_.largest_opening() < best_->largest_opening()) best_ = garment_;
-    unpick(garment_, dressing_);
+    unpick(garment_, dressing_, releases_ * kUnpicked);
     longest_s_ += kReleaseLonger;
     is_released_ = true;
     reopen();

@@ -15,13 +15,13 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr std::ptrdiff_t kAround = 3;  // pairs on each side of an open one
-constexpr double kApart = 0.25;        // rest gaps, by which a side moves at first
-constexpr int kHalvings = 8;           // of this way
+constexpr double kApart = 0.25;  // rest gaps, by which a side moves at first
+constexpr int kHalvings = 8;     // of this way
 
 class Unpicking {
  public:
-  Unpicking(const Garment& garment, const TriangleMesh& body) : garment_(garment), body_(body) {}
+  Unpicking(const Garment& garment, const TriangleMesh& body, int around)
+      : garment_(garment), body_(body), around_(around) {}
 
   bool run(double way, Garment& out) {
     choose();
@@ -46,8 +46,8 @@ class Unpicking {
       };
       for (std::ptrdiff_t i = 0; i < n; ++i) {
         bool is_near = false;
-        for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, i - kAround);
-             k <= std::min(n - 1, i + kAround); ++k)
+        for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, i - around_);
+             k <= std::min(n - 1, i + around_); ++k)
           is_near = is_near || is_open(k);
         if (is_open(i)) continue;
         if (is_near)
@@ -129,6 +129,7 @@ class Unpicking {
 
   const Garment& garment_;
   const TriangleMesh& body_;
+  std::ptrdiff_t around_;
   std::vector<Edge> unpicked_, kept_;  // pairs, as vertices of the flat pattern
   Garment split_;
   std::vector<std::int32_t> before_;  // of each of its vertices, that of the garment
@@ -137,8 +138,8 @@ class Unpicking {
 
 }  // namespace
 
-bool unpick(Garment& garment, const Dressing& dressing) {
-  return Unpicking(garment, dressing.body).run(kApart * dressing.config.rest_gap, garment);
+bool unpick(Garment& garment, const Dressing& dressing, int around) {
+  return Unpicking(garment, dressing.body, around).run(kApart * dressing.config.rest_gap, garment);
 }
 
 }  // namespace selvedge::detail

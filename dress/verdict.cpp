@@ -5,13 +5,16 @@
 #include <selvedge/dress/dress.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <string>
 
 namespace selvedge {
 namespace {
 
-constexpr double kFolded = 0.02;      // share of the area that may lie folded over
-constexpr double kOneSided = 0.01;    // m, by which the sides of a symmetric pattern may differ
+constexpr double kFolded = 0.02;    // share of the area that may lie folded over
+constexpr double kOneSided = 0.01;  // m, by which the sides of a symmetric pattern may differ
+constexpr double kTurned = 1.3;  // rad, 75 degrees: a sleeve comes down by 50, a flare turns by 46
 constexpr double kNoticeable = 5e-3;  // share of the area below which tightness is local
 
 std::string panel_name(const DressResult& r, std::int32_t panel) {
@@ -62,6 +65,38 @@ std::string misplaced(const DressResult& r) {
                          r.panel_names[p], std::abs(r.panel_drop[p]),
                          r.panel_drop[p] > 0.0 ? "lower" : "higher");
   return "";
+}
+
+/// The openings through which nothing leads: an arm that is not in its sleeve.
+std::string empty_opening(const DressResult& r) {
+  std::string all;
+  for (const GarmentOpening& opening : r.openings)
+    if (opening.parts.empty())
+      all += fmt::format("{}{} ({:.2f} m around)", all.empty() ? "" : " and of ",
+                         panel_name(r, opening.panel), opening.length);
+  if (all.empty()) return "";
+  return "no head, arm or leg comes out of the opening of " + all;
+}
+
+/// Panels that lie elsewhere than their names say.
+std::string elsewhere(const DressResult& r) {
+  std::string all;
+  for (const WornFault& fault : r.misworn) {
+    const char* what = fault.kind == WornFault::Kind::hood      ? "does not cover the head"
+                       : fault.kind == WornFault::Kind::at_back ? "lies at the back"
+                                                                : "lies in front";
+    all += fmt::format("{}{} {}", all.empty() ? "" : "; ", panel_name(r, fault.panel), what);
+  }
+  return all;
+}
+
+/// The panel that has turned most.
+std::string turned(const DressResult& r) {
+  const auto most = std::max_element(r.panel_turned.begin(), r.panel_turned.end());
+  if (most == r.panel_turned.end() || *most <= kTurned) return "";
+  return fmt::format("{} is turned by {:.0f} degrees from where the pattern places it",
+                     panel_name(r, static_cast<std::int32_t>(most - r.panel_turned.begin())),
+                     *most * 180.0 / std::numbers::pi);
 }
 
 std::string folded_over(const DressResult& r) {
@@ -139,8 +174,8 @@ std::string DressResult::fault() const {
 
 std::string DressResult::reservation() const {
   std::string all;
-  for (const auto& reason : {too_small, misplaced, folded_over, one_sided, too_stretched,
-                             under_reservation, pose_reservation})
+  for (const auto& reason : {empty_opening, elsewhere, turned, too_small, misplaced, folded_over,
+                             one_sided, too_stretched, under_reservation, pose_reservation})
     if (const std::string sentence = reason(*this); !sentence.empty())
       all += (all.empty() ? "" : "; ") + sentence;
   return all;

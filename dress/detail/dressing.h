@@ -153,9 +153,10 @@ std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
 std::size_t move_together(const Simulation& simulation, Garment& garment, const Dressing& dressing,
                           double share);
 
-/// Separates merged pairs around the open ones of each stitch, so that a fold of cloth between its
-/// sides can come out. Returns whether it did; otherwise the garment is unchanged.
-bool unpick(Garment& garment, const Dressing& dressing);
+/// Separates merged pairs, `around` on each side, around the open ones of each stitch, so that a
+/// fold of cloth between its sides can come out. Returns whether it did; otherwise the garment is
+/// unchanged.
+bool unpick(Garment& garment, const Dressing& dressing, int around);
 
 /// Mean height of points by weight, m; without weights, each counts the same.
 double mean_height(std::span<const Vec3> x, std::span<const double> weight);
@@ -197,6 +198,7 @@ struct PanelPlace {
   /// m, along the axis, from where the pattern places it: panels may be drawn apart, such as a
   /// skirt below a bodice, and belong where the panel is to which they are sewn.
   Vec3 shift = Vec3::Zero();
+  double strength = 1.0;  ///< factor of the pull that draws it there
 };
 /// Of each panel of a garment before the sewing. The highest panels around the trunk have no shift.
 /// A panel whose middle is above `neck`, m, such as a hood, is not one of these.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <selvedge/core/base/types.h>
+#include <selvedge/dress/internal/landmarks.h>
 #include <selvedge/garment/panel_mesh.h>
 
 #include <string>
@@ -23,5 +24,16 @@ struct OriginFit {
 
 /// Tries the two origins that bodies have, at the pelvis and between the feet.
 OriginFit fit_origin(const GarmentMesh& garment, const TriangleMesh& body);
+
+/// How a pattern stands on the body of a person, compared with where `arrange` places its panels.
+struct PatternStand {
+  SewingPattern arranged;
+  double height = 0.0;  ///< m, up to the place of its trunk, or else of its skirt or legs
+  /// m, from a sleeve to where it belongs, the farthest, across the view from the front and after
+  /// the trunk has come to its place; large for a pattern for arms at another angle
+  double sleeves = 0.0;
+};
+PatternStand stand_of(const SewingPattern& pattern, const TriangleMesh& body,
+                      const BodyLandmarks& landmarks);
 
 }  // namespace selvedge::detail

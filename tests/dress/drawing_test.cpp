@@ -143,7 +143,7 @@ TEST(Unpicking, OpensTheSeamAroundAnOpenPairAlone) {
   const DressObserver observer;
   const detail::Deadline deadline(1e9);
   const detail::Dressing dressing{body, config, methods, observer, deadline};
-  ASSERT_TRUE(detail::unpick(garment, dressing));
+  ASSERT_TRUE(detail::unpick(garment, dressing, 3));
   EXPECT_EQ(garment.open_pairs(), 7u) << "three on each side";
   EXPECT_EQ(garment.open_pairs(1), std::vector<Edge>{});
   for (const Edge& pair : garment.open_pairs(0)) {
@@ -155,7 +155,7 @@ TEST(Unpicking, OpensTheSeamAroundAnOpenPairAlone) {
   EXPECT_EQ(garment.velocity.size(), garment.surface.vertices.size());
   // Nothing is open: nothing to unpick.
   detail::Garment closed = merged(start, pairs);
-  EXPECT_FALSE(detail::unpick(closed, dressing));
+  EXPECT_FALSE(detail::unpick(closed, dressing, 3));
 }
 
 }  // namespace

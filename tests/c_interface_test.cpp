@@ -3,6 +3,7 @@
 // the symbols of the list.
 #include <gtest/gtest.h>
 #include <selvedge.h>
+#include <selvedge/bodies/mesh_file.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/judge/judge.h>
 #include <selvedge/scene/scene.h>
@@ -10,6 +11,7 @@
 #include <selvedge/simulation/simulation_state.h>
 #include <selvedge/simulation/step_report.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <fstream>
@@ -170,6 +172,27 @@ TEST(CInterface, FindsTheSameMeetingsAndContactsAsTheLibrary) {
       return selvedge_edges(first.triangles, first.triangle_count, out);
     });
     expect_equal(edges, unique_edges(a.triangles));
+  }
+}
+
+TEST(CInterface, ReadsTheMeshThatTheLibraryReads) {
+  const std::string folder = SELVEDGE_SOURCE_DIR "/data/";
+  for (const std::string file : {"bodies/mannequin.ply", "meshes/no_such_file.obj"}) {
+    selvedge_mesh* out = nullptr;
+    const int code = selvedge_mesh_read((folder + file).c_str(), &out);
+    const Owned<selvedge_mesh, selvedge_mesh_free> mesh(out);
+    if (mesh == nullptr) {
+      EXPECT_EQ(code, SELVEDGE_INVALID);
+      EXPECT_NE(std::string(selvedge_last_error()).find("no_such_file.obj"), std::string::npos);
+      continue;
+    }
+    const TriangleMesh expected = read_mesh(folder + file);
+    ASSERT_EQ(mesh->vertices, expected.vertices.size());
+    ASSERT_EQ(mesh->triangle_count, expected.triangles.size());
+    EXPECT_TRUE(
+        std::equal(mesh->x, mesh->x + 3 * mesh->vertices, expected.vertices.front().data()));
+    EXPECT_TRUE(std::equal(mesh->triangles, mesh->triangles + 3 * mesh->triangle_count,
+                           expected.triangles.front().data()));
   }
 }
 
@@ -377,6 +400,8 @@ TEST(CInterface, NullIsRefusedOrAnsweredEverywhere) {
       selvedge_find_meetings(nullptr, &surface, nullptr, nullptr),
       selvedge_find_contacts(&hollow, nullptr, 0.1, &contacts),
       selvedge_edges(nullptr, 1, nullptr),
+      selvedge_mesh_read(nullptr, nullptr),
+      selvedge_mesh_read("body.obj", nullptr),
       selvedge_impact_times(nullptr, SELVEDGE_EDGE_EDGE, nullptr, 1, &number),
       selvedge_impact_times(nullptr, SELVEDGE_TRIANGLE_POINT, &number, 0, &number),
       selvedge_touch_times(SELVEDGE_EDGE_EDGE, nullptr, 1, &number, &number),
@@ -407,6 +432,7 @@ TEST(CInterface, NullIsRefusedOrAnsweredEverywhere) {
   EXPECT_EQ(count, 0u);
   selvedge_contacts_free(nullptr);
   selvedge_pairs_free(nullptr);
+  selvedge_mesh_free(nullptr);
   selvedge_state_free(nullptr);
 }
 

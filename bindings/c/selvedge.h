@@ -135,6 +135,18 @@ SELVEDGE_API int selvedge_find_contacts(const selvedge_surface* a, const selvedg
 SELVEDGE_API int selvedge_edges(const int32_t* triangles, size_t triangle_count,
                                 selvedge_pairs** out);
 
+/* A triangle mesh. */
+typedef struct selvedge_mesh {
+  size_t vertices;
+  const double* x; /* (vertices,3), in the unit of the file */
+  size_t triangle_count;
+  const int32_t* triangles; /* (triangle_count,3) */
+} selvedge_mesh;
+/* Reads OBJ, PLY or OFF exactly: doubles, in the order of the file, polygons split into fans,
+   nothing merged or dropped. */
+SELVEDGE_API int selvedge_mesh_read(const char* file, selvedge_mesh** out);
+SELVEDGE_API void selvedge_mesh_free(selvedge_mesh* mesh);
+
 /* ---- Exact queries ---- */
 
 /* n queries of 24 doubles each: four points at t = 0, then the same at t = 1; for

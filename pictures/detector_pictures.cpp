@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/broadphase/broad_phase.h>
 #include <selvedge/pictures/detector_pictures.h>
+#include <selvedge/pictures/picture_files.h>
 #if SELVEDGE_HAS_BROADPHASE_OSMESA
 #include <selvedge/broadphase/image_space/image_space.h>
-#include <selvedge/pictures/picture_files.h>
 #endif
 
 #include <algorithm>

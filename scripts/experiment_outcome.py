@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """experiment_outcome.py RESULT PROGRAM: the measured outcome of an experiment of the survey (data/experiments), from its
 result folder: what its figure shows, as numbers with units. Exits with 1 if it is outside of what the figure shows."""
+import csv
 import glob
 import json
 import math
@@ -88,20 +89,34 @@ def villard_ball():
     return f"corners {drop(last):.2f} m below the pole; {mesh}", 0.3 < drop(last) < 0.8 and saves
 
 
+RAILS_STOP, RAILS_GO = 90, 300  # frames between which the rails of xii_ji do not move with the wind
+
+
+def curves():
+    """Ji's two curves: growth of the area and mean strain of the springs, by frame, in percent."""
+    subprocess.run([PROGRAM, "measure", RESULT, "--no-picture"], capture_output=True, check=True)
+    with open(f"{RESULT}/measures/energy.csv", newline="") as table:
+        rows = list(csv.DictReader(table))
+    return [[100.0 * float(row[key]) for row in rows] for key in ("area_growth", "strain_mean")]
+
+
 def ji():
-    """Growth of the area and lean of each panel: the light and stretchy fabrics lean and grow most."""
-    (first, triangles), (last, _) = read(frames()[0]), read(frames()[-1])
-    pieces = len(SCENE["geometry"])
-    size = len(first["z"]) // pieces
-    texts, lean = [], {}
-    for k, piece in enumerate(SCENE["geometry"]):
-        own = [t for t in triangles if k * size <= t[0] < (k + 1) * size]
-        growth = area(last["p"], own) / area(first["p"], own) - 1.0
-        lowest = min(range(k * size, (k + 1) * size), key=lambda i: first["z"][i])
-        lean[piece["name"]] = math.degrees(math.atan2(last["y"][lowest], first["z"][k * size + size - 1] -
-                                                      last["z"][lowest]))
-        texts.append(f'{piece["name"]} +{100 * growth:.2f} % area, leans {lean[piece["name"]]:.0f}°')
-    return "; ".join(texts), all(2.0 < angle < 80.0 for angle in lean.values())
+    """Panels at rest in still air, in the wind and in still air again: growth, strain, lean and speed of each time."""
+    first, _ = read(frames()[0])
+    size = len(first["z"]) // len(SCENE["geometry"])
+    grown, strained = curves()
+    texts, right = [], True
+    for frame, wind in ((RAILS_STOP, False), (RAILS_GO, True), (len(frames()) - 1, False)):
+        (before, _), (last, _) = read(frames()[frame - 1]), read(frames()[frame])
+        rail = [q[1] - p[1] for p, q in zip(before["p"], last["p"])][size - 1]
+        moved = [math.hypot(q[0] - p[0], q[1] - p[1] - rail, q[2] - p[2]) for p, q in zip(before["p"], last["p"])]
+        speed = 60.0 * math.sqrt(sum(d * d for d in moved) / len(moved))
+        lean = [math.degrees(math.atan2(last["y"][k] - last["y"][k + size - 1], first["z"][k + size - 1] - last["z"][k]))
+                for k in range(0, len(first["z"]), size)]
+        right = right and speed < 0.02 and all(2.0 < a < 80.0 if wind else abs(a) < 3.0 for a in lean)
+        texts.append(f'{"in the wind" if wind else "in still air"} at {frame / 60:.0f} s: area +{grown[frame]:.3f} %, springs '
+                     f'+{strained[frame]:.3f} %, leans {", ".join(str(round(a)) for a in lean)}°, {1e3 * speed:.0f} mm/s')
+    return "; ".join(texts), right and grown[RAILS_GO] > 0.0
 
 
 def horiba():
@@ -132,11 +147,31 @@ def table():
     return f'{count} folds, drape coefficient {measures["drape_coefficient"]:.1f} %', 2 <= count <= 8
 
 
+def speeds():
+    """Largest and root mean squared speed of the last frame, m/s."""
+    before, last = (read(path)[0]["p"] for path in frames()[-2:])
+    moved = [60.0 * math.dist(p, q) for p, q in zip(before, last)]
+    return max(moved), math.sqrt(sum(v * v for v in moved) / len(moved))
+
+
 def chen():
     first, last = read(frames()[0])[0], read(frames()[-1])[0]
     water, wet = sum(last["water"]), sum(w > 1e-6 for w in last["water"])
     return f'{1e3 * water:.0f} g of water in {100 * wet / len(last["water"]):.0f} % of the particles', \
         water > 0.01 and sum(first.get("water", [])) == 0.0
+
+
+def widest(columns):
+    return max(math.hypot(x, y) for x, y, _ in columns["p"])
+
+
+def chen_garment():
+    """The wet skirt is heavier: it hangs lower and closer to the body. Rain falls from 5 to 7 s."""
+    dry, wet = read(frames()[300])[0], read(frames()[-1])[0]
+    water, share = sum(wet["water"]), sum(w > 1e-6 for w in wet["water"]) / len(wet["water"])
+    text = (f'{1e3 * water:.0f} g of water in {100 * share:.0f} % of the particles; the skirt is {100 * widest(dry):.1f} cm wide '
+            f'from its axis when dry and {100 * widest(wet):.1f} when wet, its hem {1e3 * (min(dry["z"]) - min(wet["z"])):.0f} mm lower')
+    return text, share > 0.99 and 0.05 < water < 0.12 and widest(wet) < widest(dry) - 0.003 and min(wet["z"]) < min(dry["z"])
 
 
 def huang():
@@ -153,8 +188,19 @@ OUTCOMES = {
     "x_provot": hung, "x_provot_net": hung, "xi_villard_corners": villard_corners,
     "xi_villard_spheres": villard_spheres, "xi_villard_ball": villard_ball, "xii_ji": ji, "xiii_horiba": horiba,
     "xiv_haiyan": haiyan, "xv_liu": skirt, "xvi_zhang_table": table, "xvi_zhang_skirt": skirt, "xvii_chen": chen,
+    "xvii_chen_garment": chen_garment,
     "xviii_huang_hang": huang, "xviii_huang_ball": huang,
 }
+# At the end, slower than this (m/s, root mean square): scenes whose figure shows cloth at rest.
+AT_REST = {"x_provot": 0.01, "x_provot_net": 0.01, "xvi_zhang_table": 0.01, "xvi_zhang_skirt": 0.01, "xvii_chen_garment": 0.01,
+           "xviii_huang_hang": 0.003, "xviii_huang_ball": 0.003}
+
 text, right = OUTCOMES[SCENE["name"]]()
+if "refine" in SCENE["geometry"][0]:  # its particles change their numbers
+    text += f'; at the end {1e3 * json.load(open(f"{RESULT}/result.json"))["final_max_speed"]:.0f} mm/s at most'
+elif SCENE["name"] != "xii_ji":  # its rails move at the end
+    largest, rms = speeds()
+    text += f"; at the end {1e3 * largest:.1f} mm/s at most, {1e3 * rms:.1f} RMS"
+    right = right and rms < AT_REST.get(SCENE["name"], math.inf)
 print(text if right else f"{text}: NOT as its figure shows")
 sys.exit(0 if right else 1)

@@ -6,7 +6,8 @@
 # are in FOLDER/NAME/pictures; ffmpeg, if it is there, joins them in FOLDER/experiments.png.
 #   PROGRAM  the program (default: build/release/apps/selvedge)
 #   FOLDER   the folder of results and pictures (default: out/experiments)
-#   NAME     scenes, without .json (default: all scenes whose header names a table)
+#   NAME     scenes, without .json (default: all scenes whose header names a table, and those of XVI also with the light and
+#            the heavy weave); NAME@FABRIC: with this fabric of data/fabrics/usual_kes as the material "cloth"
 # Exits with 1 if a scene did not run, was not clean, or does not show what its figure does.
 set -euo pipefail
 
@@ -18,7 +19,9 @@ names=("$@")
 if [ "${#names[@]}" -eq 0 ]; then
   for file in "$root"/data/experiments/*.json; do
     if grep -q '^  "description": .* Table [IVX]*: ' "$file"; then
-      names+=("$(basename "$file" .json)")
+      name=$(basename "$file" .json)
+      names+=("$name")
+      case "$name" in xvi_*) names+=("$name@plain_light" "$name@plain_heavy") ;; esac
     fi
   done
 fi
@@ -28,12 +31,14 @@ value() { sed -n "s/^  *\"$2\": \(.*[^,]\),*\$/\1/p" "$1" | head -n 1; }
 mkdir -p "$folder"
 failed=0
 pictures=()
-printf '%-20s %-5s %-5s %7s %6s %8s %7s  %s\n' scene runs clean 'steps' 's' stretch% speed outcome
+printf '%-28s %-5s %-5s %7s %6s %8s %7s  %s\n' scene runs clean 'steps' 's' stretch% speed outcome
 for name in "${names[@]}"; do
   out=$folder/$name
   rm -rf "$out"
   runs=yes
-  "$program" run "$root/data/experiments/$name.json" --out "$out" >"$folder/$name.log" 2>&1 || runs=NO
+  sets=()
+  if [ "$name" != "${name%@*}" ]; then sets=(--set "materials.cloth.fabric=usual_kes/${name#*@}"); fi
+  "$program" run "$root/data/experiments/${name%@*}.json" --out "$out" "${sets[@]}" >"$folder/$name.log" 2>&1 || runs=NO
   result=$out/result.json
   clean=NO steps=- wall=- stretch=- speed=-
   if [ -f "$result" ]; then
@@ -46,13 +51,13 @@ for name in "${names[@]}"; do
   picture=$(find "$out/pictures" -name '*.png' 2>/dev/null | sort | tail -n 1)
   outcome=
   if [ "$runs" = yes ]; then outcome=$("$root/scripts/experiment_outcome.py" "$out" "$program") || failed=1; fi
-  printf '%-20s %-5s %-5s %7s %6s %8s %7s  %s\n' "$name" "$runs" "$clean" "$steps" "$wall" "$stretch" "$speed" "$outcome"
+  printf '%-28s %-5s %-5s %7s %6s %8s %7s  %s\n' "$name" "$runs" "$clean" "$steps" "$wall" "$stretch" "$speed" "$outcome"
   if [ "$runs$clean" != yesyes ] || [ -z "$picture" ]; then failed=1; fi
   pictures+=("$picture")
 done
 if command -v ffmpeg >/dev/null; then
   for k in "${!pictures[@]}"; do ln -sf "$(realpath "${pictures[k]}")" "$folder/$(printf '%02d' "$k").png"; done
-  ffmpeg -loglevel error -y -i "$folder/%02d.png" -vf 'scale=400:-1,tile=4x4:padding=4:color=white' -frames:v 1 \
+  ffmpeg -loglevel error -y -i "$folder/%02d.png" -vf 'scale=240:-1,tile=5x4:padding=4:color=white' -frames:v 1 \
     "$folder/experiments.png"
   rm -f "$folder"/[0-9][0-9].png
 fi

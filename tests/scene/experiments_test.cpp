@@ -107,6 +107,8 @@ const std::vector<Printed>& printed() {
       // Table XVII; friction as the response
       {"xvii_chen", "rectangular", "kawabata", "kawabata", true, false, true, false, true, false,
        "contact_force"},
+      {"xvii_chen_garment", "triangles", "kawabata", "kawabata", true, false, true, false, true,
+       false, "contact_force"},
       // Table XVIII; the mesh of the paper has one shear spring in a cell
       {"xviii_huang_hang", "simplified", "hooke", "hooke", true, true, false, false, true, true,
        ""},

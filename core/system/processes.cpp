@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #ifdef __linux__
@@ -22,6 +23,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <iterator>
+#include <limits>
 #include <sstream>
 #include <system_error>
 #include <thread>
@@ -131,6 +133,16 @@ ProcessEnd ChildProcess::wait() const {
 ProcessEnd ChildProcess::kill() const {
   ::kill(id_, SIGKILL);
   return wait();
+}
+
+double ChildProcess::processor_s() const {
+#ifdef __linux__
+  clockid_t clock{};
+  timespec used{};
+  if (::clock_getcpuclockid(id_, &clock) == 0 && ::clock_gettime(clock, &used) == 0)
+    return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+#endif
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 // ---- a copy of this process

@@ -31,6 +31,8 @@ class ChildProcess {
   ProcessEnd wait() const;
   /// Kills it, waits for its end and returns that.
   ProcessEnd kill() const;
+  /// Processor time that it has used, s; NaN where the system does not tell, or after its end.
+  double processor_s() const;
 
  private:
   int id_;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/scene/detail/between_particles.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <vector>
 
@@ -30,7 +30,7 @@ Turn turn_between(std::span<const Vec3> x, const Triangle& a, const Triangle& b,
   if (!(n.norm() > 0.0 && m.norm() > 0.0 && length > 0.0)) return {};
   const Vec3 apart = (x[b[0]] + x[b[1]] + x[b[2]] - x[a[0]] - x[a[1]] - x[a[2]]) / 3.0;
   if (n.dot(apart) >= 0.0) return {};  // hollow or flat
-  return {.angle = std::atan2(n.cross(m).norm(), n.dot(m)),
+  return {.angle = elementary::atan2(n.cross(m).norm(), n.dot(m)),
           .width = 0.5 * (n.norm() + m.norm()) / length};
 }
 
@@ -51,7 +51,7 @@ double rise(const Turn& turn, double chord) {
   if (!(turn.width > 0.0)) return 0.0;
   const bool is_arc = chord > turn.width;
   const double whole = std::min(turn.angle * (is_arc ? chord / turn.width : 1.0), kLargestTurn);
-  return 0.5 * chord * std::tan(whole * (is_arc ? 0.25 : 0.5));
+  return 0.5 * chord * elementary::tan(whole * (is_arc ? 0.25 : 0.5));
 }
 
 double longest_edge(const BuiltScene& built, std::size_t piece) {

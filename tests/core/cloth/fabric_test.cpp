@@ -99,7 +99,7 @@ TEST(MeasuredFabrics, EverydayNamesStandForMeasuredOnes) {
 
 // LT is the work over that of a straight line, G and B slopes of the chords between the places at
 // which Kawabata's sheets take them.
-TEST(Fabrics, TheFiguresOfPlainFiguresAreThoseOfTheCurvesOfPlainCurves) {
+TEST(Fabrics, PlainFiguresHasTheFiguresOfTheCurvesOfPlainCurves) {
   const Material curves = find_fabric("usual_kes/plain_curves", "/nowhere").material,
                  figures = find_fabric("usual_kes/plain_figures", "/nowhere").material;
   const MonotoneCurve& pull = curves.tension_curve;

@@ -331,7 +331,7 @@ double folded_share(const detail::Garment& garment, const TriangleMesh& body, st
 }
 
 constexpr double kDrawAgain =
-    0.015;                         // share of the area that is folded, from which hands help again
+    0.004;                         // share of the area that is folded, from which hands pull again
 constexpr double kStronger = 3.0;  // factor of their pull, each time
 constexpr int kMostDraws = 3;
 

@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kFolded = 0.02;    // share of the area that may lie folded over
 constexpr double kOneSided = 0.01;  // m, by which the sides of a symmetric pattern may differ
-constexpr double kTurned = 1.3;  // rad, 75 degrees: a sleeve comes down by 50, a flare turns by 46
+constexpr double kTurned = 1.3;   // rad, 75 degrees: a sleeve comes down by 50, a flare turns by 46
+constexpr double kAsTight = 0.8;  // of the largest strain, where its reason may lie
 constexpr double kNoticeable = 5e-3;  // share of the area below which tightness is local
 
 std::string panel_name(const DressResult& r, std::int32_t panel) {
@@ -22,13 +23,13 @@ std::string panel_name(const DressResult& r, std::int32_t panel) {
 }
 
 /// Girths that say why a garment is tight: those at its most stretched place, or, where no ring
-/// leads through it, at the zone with the least ease.
+/// leads through it, at the zone with the least ease of those that are stretched as much.
 std::string tight_measures(const DressResult& r) {
   if (r.tight.cloth > 0.0 && r.tight.body > r.tight.cloth)
     return fmt::format(" (cloth {:.2f} m around, body {:.2f} m)", r.tight.cloth, r.tight.body);
   const FitZone* least = nullptr;
   for (const FitZone& zone : r.fit)
-    if (zone.is_closed && zone.ease() < 0.0 &&
+    if (zone.is_closed && zone.ease() < 0.0 && zone.strain_max > kAsTight * r.tight.strain &&
         (!least || zone.ease() / zone.body < least->ease() / least->body))
       least = &zone;
   if (!least) return "";

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 namespace selvedge::detail {
@@ -33,6 +34,20 @@ Vec3 middle_of(const TriangleMesh& mesh, std::size_t i) {
   return (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3.0;
 }
 
+/// Girths of cloth and body around a triangle, along the direction in which it is stretched: across
+/// the skin or, where the cloth is no ring there, as beside an armpit, tilted until it is one and
+/// too short.
+Girth tight_girth(const TriangleMesh& body, const DressResult& r, std::size_t at,
+                  const Vec3& along) {
+  const Vec3 across = normal_of(r.garment, at).cross(along).normalized();
+  for (const double degrees : {0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0}) {
+    const Vec3 normal = Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, along) * across;
+    const Girth girth = girth_at(r.garment, r.flat, body, at, normal);
+    if (girth.cloth > 0.0 && girth.body > girth.cloth) return girth;
+  }
+  return {};
+}
+
 /// The most stretched place, with its measures.
 void measure_tight(const TriangleMesh& body, DressResult& r) {
   double most = -1.0, all = 0.0, over = 0.0;
@@ -48,8 +63,7 @@ void measure_tight(const TriangleMesh& body, DressResult& r) {
   }
   if (most < 0.0) return;
   const Vec3 along = deformation(r.garment, r.flat, at).direction();
-  const Girth girth =
-      girth_at(r.garment, r.flat, body, at, normal_of(r.garment, at).cross(along).normalized());
+  const Girth girth = tight_girth(body, r, at, along);
   r.tight = {.panel = r.panel_of_triangle[at],
              .at = middle_of(r.garment, at),
              .strain = most,

@@ -188,6 +188,48 @@ TEST(OriginFit, APatternForAnotherOriginIsMovedToItsPlace) {
   EXPECT_EQ(patterns, 5);
 }
 
+TEST(PatternStand, AHeightAndArmsOfAnotherBodyAreSeen) {
+  const SewingPattern tee = read_sewing_pattern(kRoot / "data/patterns/tee.json");
+  const TriangleMesh out = read_mesh(kRoot / "data/bodies/mannequin_arms_out.ply"),
+                     down = read_mesh(kRoot / "data/bodies/mannequin.ply");
+  const BodyLandmarks marks = find_landmarks(out), marks_down = find_landmarks(down);
+  const detail::PatternStand stand = detail::stand_of(tee, out, marks);
+  EXPECT_LT(std::abs(stand.height), 0.06);
+  EXPECT_LT(stand.sleeves, 0.06);
+  EXPECT_GT(detail::stand_of(tee, down, marks_down).sleeves, 0.06);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> off(-0.3, 0.3);
+  for (int seed = 0; seed < 5; ++seed) {
+    SewingPattern moved = tee;
+    const double by = off(random);
+    for (PatternPanel& panel : moved.panels) panel.translation.z() -= by;
+    const detail::PatternStand now = detail::stand_of(moved, out, marks);
+    EXPECT_NEAR(now.height, stand.height + by, 1e-9) << seed;
+    EXPECT_NEAR(now.sleeves, stand.sleeves, 1e-9) << seed;
+  }
+}
+
+TEST(PatternStand, PublicPatternsStandWellOnTheirBodiesAlone) {
+  const fs::path shared = kRoot / "../shared/data/garments";
+  if (!fs::exists(shared)) GTEST_SKIP() << shared << " does not exist";
+  LoadConfig file;
+  file.up = UpAxis::y;
+  const auto load = [&](const char* name) { return load_mesh(shared / "bodies" / name, file); };
+  const TriangleMesh level = load("f_smpl_template.obj"), standing = load("f_smpl_average_A40.obj"),
+                     taller = load("m_smpl_average_A40.obj");
+  for (const auto& entry : fs::directory_iterator(shared / "patterns")) {
+    const SewingPattern pattern = turned_upright(read_sewing_pattern(entry.path()), UpAxis::y);
+    const bool is_newer = entry.path().stem().string().ends_with("_specification");
+    const TriangleMesh& body = is_newer ? standing : level;
+    const detail::PatternStand stand = detail::stand_of(pattern, body, find_landmarks(body));
+    EXPECT_LT(std::abs(stand.height), 0.06) << entry.path();
+    EXPECT_LT(stand.sleeves, 0.06) << entry.path();
+    if (!is_newer) continue;
+    const detail::PatternStand low = detail::stand_of(pattern, taller, find_landmarks(taller));
+    EXPECT_NEAR(low.height - stand.height, 0.12, 0.02) << entry.path();
+  }
+}
+
 // ---- the verdict -----------------------------------------------------------------------------
 
 DressResult worn_result() {
@@ -240,10 +282,14 @@ TEST(Verdict, SaysTheTrueReasonFirst) {
     zone.body = 0.9;
     zone.cloth = cloth;
     zone.is_closed = true;
+    zone.strain_max = 0.5;
     zones.fit.push_back(zone);
   }
   EXPECT_NE(zones.verdict().find("(waist: cloth 0.75 m around, body 0.90 m)"), std::string::npos)
       << zones.verdict();
+  // One that is not stretched as much is no reason.
+  for (FitZone& zone : zones.fit) zone.strain_max = 0.3;
+  EXPECT_EQ(zones.verdict().find("waist"), std::string::npos) << zones.verdict();
   // An open seam of a garment that is too small is its consequence.
   r.sewn = false;
   r.largest_opening = 0.004;

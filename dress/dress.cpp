@@ -331,29 +331,33 @@ double folded_share(const detail::Garment& garment, const TriangleMesh& body, st
 }
 
 constexpr double kDrawAgain =
-    0.004;                         // share of the area that is folded, from which hands pull again
+    0.01;                          // share of the area that is folded, from which hands pull again
 constexpr double kStronger = 3.0;  // factor of their pull, each time
 constexpr int kMostDraws = 3;
 
-/// Draws the garment into place and lets it come to rest; again with more strength while cloth lies
-/// folded over itself.
+/// Draws the garment into place and lets it come to rest.
 void draw_and_settle(detail::Garment& garment, const detail::Garment& start,
-                     std::vector<detail::PanelPlace> places, const detail::Dressing& dressing,
-                     DressResult& result) {
+                     const std::vector<detail::PanelPlace>& places,
+                     const detail::Dressing& dressing, DressResult& result) {
+  {
+    const PhaseTime time(result, "draw");
+    detail::draw_into_place(garment, start, places, dressing, result);
+  }
+  const PhaseTime time(result, "settle");
+  detail::settle(garment, dressing, DressPhase::settle, result);
+}
+
+/// The same again, with more strength each time, while cloth lies folded over itself.
+void draw_folds_out(detail::Garment& garment, const detail::Garment& start,
+                    std::vector<detail::PanelPlace> places, const detail::Dressing& dressing,
+                    DressResult& result) {
   double before = std::numeric_limits<double>::infinity();
-  for (int draw = 0; draw < kMostDraws; ++draw) {
-    {
-      const PhaseTime time(result, "draw");
-      detail::draw_into_place(garment, start, places, dressing, result);
-    }
-    {
-      const PhaseTime time(result, "settle");
-      detail::settle(garment, dressing, DressPhase::settle, result);
-    }
+  for (int draw = 1; draw < kMostDraws; ++draw) {
     const double folded = folded_share(garment, result.body, result.panel_names.size());
     if (folded < kDrawAgain || folded > 0.8 * before) return;
     before = folded;
     for (detail::PanelPlace& place : places) place.strength *= kStronger;
+    draw_and_settle(garment, start, places, dressing, result);
   }
 }
 
@@ -413,6 +417,8 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   const detail::Dressing dressing{result.body, config, methods, observer, deadline};
   detail::Garment garment = sewn(start, dressing, result);
   draw_and_settle(garment, start, places, dressing, result);
+  // A cone or a table may lose what hands pull that hard.
+  if (landmarks) draw_folds_out(garment, start, places, dressing, result);
   if (result.body_moved > 0) {
     const PhaseTime time(result, "skin");
     detail::return_skin(garment, dressing, body, result.body, result);

@@ -22,11 +22,12 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr double kBeyond = 0.15;        // m, that the ways lead beyond hands and toes
-constexpr double kBeyondFace = 0.3;     // m, from the middle of the head
-constexpr double kBelowFoot = 0.2;      // m, from the ankle
-constexpr double kLeastOpening = 0.15;  // m around; no hand passes through a smaller one
-constexpr double kFaces = 0.3;          // mean cosine at which a panel lies on a side of the body
+constexpr double kBeyond = 0.15;                 // m, that the ways lead beyond hands and toes
+constexpr double kBeyondFace = 0.3;              // m, from the middle of the head
+constexpr std::array kFace = {0.25, 0.4, 0.55};  // of the way from the neck to the top: the face
+constexpr double kBelowFoot = 0.2;               // m, from the ankle
+constexpr double kLeastOpening = 0.15;           // m around; no hand passes through a smaller one
+constexpr double kFaces = 0.3;  // mean cosine at which a panel lies on a side of the body
 
 /// Six times the volume of a tetrahedron.
 double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -161,7 +162,9 @@ class Openings {
   bool has_left_hood(const BorderLoop& loop) const {
     const auto covers = [&](const std::vector<Vec3>& x) {
       const std::vector<std::vector<Vec3>>& ways = ends_.front().ways;
-      return x.size() > 2 && crossings(x, ways[0]) == 0 && crossings(x, ways[1]) != 0;
+      return x.size() > 2 && crossings(x, ways[0]) == 0 &&
+             std::any_of(ways.begin() + 1, ways.end(),
+                         [&](const std::vector<Vec3>& face) { return crossings(x, face) != 0; });
     };
     return covers(placed_points(loop)) && !covers(worn_points(loop));
   }
@@ -232,14 +235,14 @@ std::vector<BodyEnd> body_ends(const BodyLandmarks& m, const Vec3& middle) {
   ends[0].name = "head";
   std::vector<Vec3> neck = up;
   for (const BodyRing& ring : {m.neck_base, m.neck}) neck.push_back(ring.middle);
-  const Vec3 head = 0.5 * (m.neck.middle + m.top);
-  for (const auto& [direction, by] :
-       {std::pair(m.up, kBeyond + (m.top - head).norm()), std::pair(m.forward, kBeyondFace)}) {
+  const auto add_way = [&](double share, const Vec3& direction, double by) {
     std::vector<Vec3> way = neck;
-    way.push_back(head);
+    way.push_back(m.neck.middle + share * (m.top - m.neck.middle));
     lead_on(way, direction, by);
     ends[0].ways.push_back(std::move(way));
-  }
+  };
+  add_way(0.5, m.up, kBeyond + 0.5 * (m.top - m.neck.middle).norm());
+  for (const double share : kFace) add_way(share, m.forward, kBeyondFace);
   for (int k = 0; k < 2; ++k) {
     std::vector<Vec3> arm = up;
     append_limb(m.arms[k], arm);
@@ -273,7 +276,8 @@ std::vector<BorderLoop> border_loops(std::span<const Triangle> triangles) {
     if (!is_border(first) || used.contains(first)) continue;
     BorderLoop loop;
     Edge edge = first;
-    while (used.insert(edge).second) {
+    std::size_t steps = 0;
+    while (used.insert(edge).second && steps <= half.size()) {
       loop.push_back(half.at(edge));
       // The next edge of the triangle, or of the last one around its vertex.
       const auto after = [&](const Edge& e) {
@@ -281,9 +285,9 @@ std::vector<BorderLoop> border_loops(std::span<const Triangle> triangles) {
         return Edge{triangles[t][(k + 1) % 3], triangles[t][(k + 2) % 3]};
       };
       edge = after(edge);
-      while (!is_border(edge)) edge = after({edge[1], edge[0]});
+      while (!is_border(edge) && ++steps <= half.size()) edge = after({edge[1], edge[0]});
     }
-    loops.push_back(std::move(loop));
+    if (steps <= half.size()) loops.push_back(std::move(loop));
   }
   return loops;
 }

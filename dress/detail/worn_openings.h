@@ -14,8 +14,8 @@
 namespace selvedge::detail {
 
 /// A part of a body, and the ways along which it may leave a garment, m: from the trunk along the
-/// middle of the part, and on beyond its end. The head has one through its top and one through the
-/// face, which a hood leaves free; a leg one over its toes and one through its sole.
+/// middle of the part, and on beyond its end. The head has one through its top, then those through
+/// the face, which a hood leaves free; a leg one over its toes and one through its sole.
 struct BodyEnd {
   std::string name;  ///< "head", "left arm", "right arm", "left leg", "right leg"
   std::vector<std::vector<Vec3>> ways;
@@ -25,7 +25,8 @@ std::vector<BodyEnd> body_ends(const BodyLandmarks& landmarks, const Vec3& middl
 
 /// A closed line of a border: triangle by triangle, with the corner from which its edge leads on.
 using BorderLoop = std::vector<std::pair<std::int32_t, int>>;
-/// All borders of a mesh with consistent orientation and at most two triangles at an edge.
+/// All borders of a mesh with at most two triangles at an edge. Of one without consistent
+/// orientation, such as a Moebius band, some may be missing.
 std::vector<BorderLoop> border_loops(std::span<const Triangle> triangles);
 
 /// Signed number of times a way crosses the fan of triangles from the middle of a closed line.

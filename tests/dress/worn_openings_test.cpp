@@ -297,5 +297,20 @@ TEST(BorderLoops, ThoseThatMeetInAVertexStayApart) {
   EXPECT_EQ(lengths.back(), 4u * kSide);
 }
 
+TEST(BorderLoops, MeshesWithoutConsistentOrientationEnd) {
+  std::mt19937 random(13);
+  for (int seed = 0; seed < 500; ++seed) {
+    std::uniform_int_distribution<std::int32_t> vertex(0, 4 + seed % 9);
+    std::vector<Triangle> triangles;
+    while (triangles.size() < static_cast<std::size_t>(1 + seed % 17)) {
+      const Triangle t = {vertex(random), vertex(random), vertex(random)};
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
+    }
+    std::size_t edges = 0;
+    for (const detail::BorderLoop& loop : detail::border_loops(triangles)) edges += loop.size();
+    EXPECT_LE(edges, 3 * triangles.size()) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace selvedge::worn_openings_test

@@ -3,7 +3,10 @@
 #include <selvedge/narrowphase/distance.h>
 #include <selvedge/simulation/contacts/detail/contacts.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace selvedge::detail {
 
@@ -36,6 +39,9 @@ constexpr double kSecondaryReach = 1.1;
 // them.
 constexpr double kJoinedShare = 0.1;
 
+// Share of its rest gap from which on a point is above a face rather than in front of its hem.
+constexpr double kAbove = 0.98;
+
 // Found pairs per task.
 constexpr std::size_t kFoundGrain = 128;
 
@@ -45,6 +51,14 @@ constexpr double kRoundingReserve = 1.0 + 1e-9;
 // Layers of one piece that start nearer than the rest gap keep this share of their distance at the
 // start.
 constexpr double kStartShare = 0.9;
+
+std::array<Vec3, 4> vertices_of(const ContactPoint& c, std::span<const Vec3> x) {
+  return {x[c.vertex[0]], x[c.vertex[1]], x[c.vertex[2]], x[c.vertex[3]]};
+}
+
+Vec3 face_normal(const std::array<Vec3, 4>& x) {
+  return (x[2] - x[1]).cross(x[3] - x[1]).stableNormalized();
+}
 
 std::vector<Triangle> joint_triangles(const SceneMotion& motion) {
   std::vector<Triangle> all = motion.cloth_triangles();
@@ -104,6 +118,7 @@ std::vector<std::int32_t> surface_of_vertices(const Scene& scene, const BuiltSce
 Contacts::Contacts(const Scene& scene, const BuiltScene& built, const SceneMotion& motion)
     : motion_(motion),
       pairs_(scene),
+      gravity_(scene.gravity),
       filter_(motion.particles() + motion.body_vertices(), joint_triangles(motion)),
       bodies_(joint_body_triangles(motion)),
       cloth_(motion.cloth_triangles()),
@@ -111,6 +126,8 @@ Contacts::Contacts(const Scene& scene, const BuiltScene& built, const SceneMotio
       surface_(surface_of_vertices(scene, built, motion)),
       border_(border_vertices(motion.cloth_triangles(), motion.particles())),
       collides_(colliding_surfaces(scene, pairs_)) {}
+
+void Contacts::set_step(double h) { fall_ = h * h * gravity_; }
 
 double Contacts::largest_rest_gap() const { return pairs_.largest_rest_gap(); }
 
@@ -228,6 +245,38 @@ void Contacts::drop_walls(bool self) {
   });
 }
 
+// A sheet slides over other cloth at the rest gap: the plane between its hem and a point ahead,
+// which leans against the way, would stop it. The point keeps its height below the hem, apart from
+// what gravity takes and other contacts give back, so that the contact acts along the line between
+// both at the end of such a way.
+void Contacts::turn_at_hem(ContactPoint& c) const {
+  if (c.kind != ContactKind::point_triangle) return;
+  int inside = 0;
+  for (int k = 1; k < 4; ++k) {
+    if (c.weight[k] >= -kBorder) continue;
+    if (border_[c.vertex[k]] == 0) return;
+    ++inside;
+  }
+  if (inside == 3) return;
+  const auto before = vertices_of(c, motion_.x_t0()), after = vertices_of(c, motion_.x_t1());
+  const Vec3 normal = face_normal(before), end_normal = face_normal(after);
+  if (!normal.allFinite() || !end_normal.allFinite()) return;
+  const double height = normal.dot(before[0] - before[1]);
+  if (std::abs(height) < kAbove * c.rest_gap || std::abs(normal.dot(c.normal)) > kSameNormal)
+    return;
+  const Vec3 end = relative(c, motion_.x_t1());
+  if (c.normal.dot(end) >= c.rest_gap) return;
+  const double rise = end_normal.dot(after[0] - after[1]) - height;
+  const Vec3 way = end - relative(c, motion_.x_t0());
+  const double along = (way - normal.dot(way) * normal).norm();
+  if (std::abs(rise) > along + std::abs(normal.dot(fall_))) return;
+  const ClosestPoints there =
+      point_triangle_closest(after[0] - rise * end_normal, after[1], after[2], after[3]);
+  c.weight = there.weight;
+  c.normal = there.separation / there.distance;
+  c.gap = c.normal.dot(relative(c, motion_.x_t0()));
+}
+
 // Each pair alone, in parallel; then all pairs of one point in turn.
 void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
   joined_.resize(found_.size());
@@ -254,6 +303,7 @@ void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
     if (contact.kind != kind || contact.vertex[0] != point) append_group(out);
     kind = contact.kind;
     point = contact.vertex[0];
+    if (self) turn_at_hem(joined_[i].contact);
     group_.push_back(joined_[i].contact);
   }
   append_group(out);

@@ -38,6 +38,7 @@ void Detection::set_motion(std::span<const Vec3> x_t0, std::span<const Vec3> x_t
                            const std::optional<StepTimes>& times) {
   motion_.set(x_t0, x_t1, bodies_move);
   candidates_.set_motion(times);
+  contacts_.set_step(times ? times->t1 - times->t0 : 0.0);
 }
 
 void Detection::find_proximities(std::vector<ContactPoint>& out) {

@@ -247,6 +247,24 @@ TEST(Seams, DoNotHoldClothBackWhateverAnswersTheContacts) {
     }
 }
 
+// Vertices of the cloth below pass under the hem of the sheet at its rest gap.
+TEST(Seams, HemsSlideOverVerticesWithoutLoss) {
+  std::mt19937_64 random(20261129);
+  const std::vector<bench::Seam> all = bench::seams(9);
+  const auto seam =
+      std::find_if(all.begin(), all.end(), [](const bench::Seam& s) { return s.is_cloth; });
+  ASSERT_NE(seam, all.end());
+  for (int k = 0; k < 4; ++k) {
+    const bench::Slide slide{.speed = uniform(random, 0.2, 0.8),
+                             .frames = 30,
+                             .aside = Vec3(0.0, uniform(random, 0.0, 0.01), 0.0)};
+    const bench::SlideEnd end = bench::slide_over(*seam, seam->welded, slide);
+    EXPECT_EQ(end.stopped, "");
+    EXPECT_NEAR(end.distance / (0.5 * slide.speed), 1.0, 0.01)
+        << slide.speed << " m/s, " << slide.aside.y() << " m aside";
+  }
+}
+
 /// A grid of n by n cells in pieces that are up to `apart` away from where they belong.
 TriangleMesh soup(std::mt19937_64& random, int n, double apart) {
   TriangleMesh mesh;

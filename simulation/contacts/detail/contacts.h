@@ -23,6 +23,8 @@ class Contacts {
  public:
   Contacts(const Scene& scene, const BuiltScene& built, const SceneMotion& motion);
 
+  /// The length of the step of the motion, s.
+  void set_step(double h);
   /// Pairs that are nearer at t = 0 than the distance that they have to keep, or would be at the
   /// end.
   void find_proximities(const SearchContext& context, Candidates& candidates,
@@ -49,6 +51,7 @@ class Contacts {
   double rest_gap(const ContactPoint& c, bool self) const;
   bool is_near(const Contact& contact, const ContactPoint& c) const;
   bool is_contact(const Contact& contact, const ContactPoint& c) const;
+  void turn_at_hem(ContactPoint& c) const;
   void append_proximities(bool self, std::vector<ContactPoint>& out);
   void drop_walls(bool self);
   bool is_wall(bool self, ContactPoint& c) const;
@@ -57,6 +60,7 @@ class Contacts {
 
   const SceneMotion& motion_;
   ContactPairs pairs_;
+  Vec3 gravity_, fall_ = Vec3::Zero();  // m/s²; m, by gravity in the step
   ContactFilter filter_;
   SurfaceUnion bodies_, cloth_;              // each as one surface
   std::uint64_t fitted_ = 0;                 // where the bodies were when their union was fitted

@@ -70,13 +70,17 @@ class Penalty final : public Response {
     double viscosity = 0.0;           // kg/s, of friction that can stop the slip within the step
     Vec3 drag = Vec3::Zero();         // N, friction that cannot
     bool pushes = false;
-    Vec3 impulse = Vec3::Zero();     // N·s, in an explicit step
+    bool pulled = false;          // a solve of the step let go of it because its damper pulled
+    bool undamped = false;        // and it came back: neither with its damper nor without a force
+    Vec3 impulse = Vec3::Zero();  // N·s, in an explicit step
     Vec3 unanswered = Vec3::Zero();  // m, relative motion in an explicit step without contacts
   };
 
   Vec3 motion_of(const Entry& e, std::span<const Vec3> v) const;
   double end_force(const Entry& e, const Vec3& motion, double& depth) const;
   double start_depth(const Entry& e) const { return e.point.rest_gap - e.point.gap; }
+  double damping_of(const Entry& e) const { return e.undamped ? 0.0 : damping_; }
+  double load_of(const Entry& e, double force) const;
   void set_friction(Entry& e, const Vec3& slip) const;
   void push_explicitly(Entry& e, std::span<const Vec3> x_t1);
   ContactImpulse reported(const Entry& e, const Vec3& impulse, const Vec3& end) const;
@@ -128,7 +132,7 @@ Vec3 Penalty::motion_of(const Entry& e, std::span<const Vec3> v) const {
 double Penalty::end_force(const Entry& e, const Vec3& motion, double& depth) const {
   const double parting = e.point.normal.dot(motion);
   depth = start_depth(e) - parting;
-  return stiffness_ * depth - damping_ * parting / step_.motion.h;
+  return stiffness_ * depth - damping_of(e) * parting / step_.motion.h;
 }
 
 void Penalty::add(std::span<const ContactPoint> contacts) {
@@ -155,7 +159,7 @@ std::span<const ImplicitTerm> Penalty::terms() {
   terms_.clear();
   term_entry_.clear();
   if (!step_.implicit) return {};
-  const double h = step_.motion.h, k = stiffness_, d = damping_;
+  const double h = step_.motion.h, k = stiffness_;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const Entry& e = entries_[i];
     if (!e.pushes) continue;
@@ -167,7 +171,7 @@ std::span<const ImplicitTerm> Penalty::terms() {
       term.particle[j] = particle ? c.vertex[j] : -1;
       term.weight[j] = c.weight[j];
     }
-    const double body = c.normal.dot(e.body_motion);
+    const double body = c.normal.dot(e.body_motion), d = damping_of(e);
     term.matrix = (h * h * k + h * d) * nn + h * e.viscosity * (Mat3::Identity() - nn);
     term.rhs = (h * k * (start_depth(e) - body) - d * body) * c.normal -
                e.viscosity * slip_of(c, e.body_motion) + h * e.drag;
@@ -188,6 +192,14 @@ void Penalty::set_friction(Entry& e, const Vec3& slip) const {
   e.drag = stops ? Vec3(Vec3::Zero()) : Vec3(-limit / speed * slip);
 }
 
+// The load of a contact from its force at the end of a solve. One that was left out shows where the
+// cloth goes freely: its load stops that motion, whereas its penalty would be far larger.
+double Penalty::load_of(const Entry& e, double force) const {
+  if (e.pushes) return force;
+  const double h = step_.motion.h, rate = compliance(e.point, step_.motion.inv_mass);
+  return force / (1.0 + rate * h * (h * stiffness_ + damping_of(e)));
+}
+
 bool Penalty::update(std::span<Vec3> v) {
   double change = 0.0, load = 0.0;
   for (Entry& e : entries_) {
@@ -196,8 +208,10 @@ bool Penalty::update(std::span<Vec3> v) {
     const double force = end_force(e, motion, depth);
     const bool pushes = depth > 0.0 && force > 0.0;
     if (pushes != e.pushes) change += std::abs(force);
+    if (pushes && !e.pushes && e.pulled) e.undamped = true;
+    e.pulled = e.pulled || (e.pushes && !pushes && depth > 0.0);
+    e.force = pushes ? load_of(e, force) : 0.0;
     e.pushes = pushes;
-    e.force = pushes ? force : 0.0;
     const Vec3 slip = slip_of(e.point, motion) / step_.motion.h;
     const Vec3 used = e.drag - e.viscosity * slip;
     set_friction(e, slip);

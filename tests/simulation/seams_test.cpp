@@ -265,6 +265,22 @@ TEST(Seams, HemsSlideOverVerticesWithoutLoss) {
   }
 }
 
+// A contact that starts deep cycled between its damper, which pulls there, and no force at all, so
+// that it got the friction of a load that it never had.
+TEST(Seams, PenaltyBrakesByCoulombOnRoughBodies) {
+  std::mt19937_64 random(20261130);
+  for (const std::uint64_t seed : {11, 12})
+    for (const bench::Seam& seam : bench::seams(seed)) {
+      if (seam.name != "doubled vertices, noise 5e-05") continue;
+      const bench::Slide slide{
+          .speed = uniform(random, 0.5, 1.5), .friction = 0.1, .frames = 15, .response = "penalty"};
+      const double t = 0.25, way = slide.speed * t - 0.5 * 0.1 * 9.81 * t * t;
+      for (const auto* bodies : {&seam.parts, &seam.welded})
+        EXPECT_NEAR(bench::slide_over(seam, *bodies, slide).distance / way, 1.0, 0.03)
+            << "seed " << seed << ", " << slide.speed << " m/s";
+    }
+}
+
 /// A grid of n by n cells in pieces that are up to `apart` away from where they belong.
 TriangleMesh soup(std::mt19937_64& random, int n, double apart) {
   TriangleMesh mesh;

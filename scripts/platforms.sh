@@ -7,6 +7,8 @@
 #   debian12-clang debian13-clang sid-clang  its newest clang: build, tests without the label `slow`, hashes
 #   deb wheel                                the packages of scripts/release.sh in build/packages, in an empty Debian 12 (the
 #                                            wheel: with NumPy): seconds to install them and to the first clean drape
+#   deb-library                              the .deb files of the library and of the Python module: examples/find_collisions.cpp
+#                                            against the one, the first lines of docs/python.md with the other
 #   pip                                      what docs/python.md says about `pip install .`, from the sources, in Debian 12
 # --quick leaves out the tests with the label `slow` for g++ as well. Without names: the first three.
 # Hashes are compared with those of build/release/apps/selvedge, where it exists, else with those of the first row.
@@ -20,8 +22,8 @@ while [ $# -gt 0 ]; do
   case "$1" in
     --folder) folder=$2; shift ;;
     --quick) quick=--label-exclude=slow ;;
-    debian12-gcc | debian13-gcc | sid-gcc | debian12-clang | debian13-clang | sid-clang | deb | wheel | pip) names+=("$1") ;;
-    *) sed -n '3,15s/^# //p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
+    debian12-gcc | debian13-gcc | sid-gcc | debian12-clang | debian13-clang | sid-clang | deb | deb-library | wheel | pip) names+=("$1") ;;
+    *) sed -n '3,17s/^# //p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
   esac
   shift
 done
@@ -116,21 +118,24 @@ libraries() {
   inside "$1" 'selvedge/build/release/apps/selvedge --version 2>/dev/null' | sed -n 's/^ *\(assimp\|embree\|CGAL\|fcl\) \([^ ]*\).*/\1 \2/p' | xargs | sed 's/ \([a-z]\)/, \1/g' || true
 }
 
+# Processor time of the commands that have ended, s.
+processor() { awk '{ printf "%d\n", ($16 + $17) / 100 }' /proc/$$/stat; }
+
 # first_drape SUITE NAME PREPARE INSTALL DRAPE: an empty system, after PREPARE.
 first_drape() {
-  local suite=$1 name=$2 installed seconds
+  local suite=$1 name=$2 installed seconds used
   copy_of "$suite" "$name"
   inside "$name" "$3" >"$work/log" 2>&1 || { tail -n 20 "$work/log" >&2; exit 1; }
-  seconds=$(date +%s)
+  seconds=$(date +%s) used=$(processor)
   inside "$name" "$4" >"$work/log" 2>&1 || { tail -n 20 "$work/log" >&2; failed=yes; }
   installed=$(($(date +%s) - seconds))
   inside "$name" "$5" >"$work/$name.drape" 2>&1 && grep -qE '^clean( |$)' "$work/$name.drape" || { tail -n 5 "$work/$name.drape" >&2; failed=yes; }
-  echo "| $name | $suite | installed after $installed s, draped after $(($(date +%s) - seconds)) s | $(grep -m 1 -E '^clean' "$work/$name.drape" || echo failed) |"
+  echo "| $name | $suite | installed after $installed s, draped after $(($(date +%s) - seconds)) s, processor $(($(processor) - used)) s | $(grep -m 1 -E '^clean' "$work/$name.drape" || echo failed) |"
   rm -rf "${folder:?}/$name"
 }
 first_lines() { awk '/^```python/ { on = 1; next } /^```/ && on { exit } on' "$root/docs/python.md"; }
 
-if [ -x "$root/build/release/apps/selvedge" ]; then
+if [[ " ${names[*]} " =~ -(gcc|clang)" " ]] && [ -x "$root/build/release/apps/selvedge" ]; then
   (cd "$root/data/scenes" && "$root/scripts/scene_hashes.sh" --frames 6 "${scenes[@]/%/.json}") >"$work/hashes"
 fi
 for name in "${names[@]}"; do
@@ -142,6 +147,22 @@ for name in "${names[@]}"; do
       # shellcheck disable=SC2016
       first_drape bookworm deb true 'apt-get update -q; apt-get install -qy ./selvedge_*.deb' \
         'selvedge run /usr/share/selvedge/scenes/cloth_on_sphere.json --out drape && selvedge check drape'
+      ;;
+    deb-library)
+      copy_of bookworm deb-library
+      cp "$root"/build/packages/{libselvedge-dev,python3-selvedge}_*debian12*.deb "$root/examples/find_collisions.cpp" "$folder/deb-library/root/"
+      first_lines >"$folder/deb-library/root/first_drape.py"
+      cat >"$folder/deb-library/root/CMakeLists.txt" <<'END'
+cmake_minimum_required(VERSION 3.25)
+project(user LANGUAGES CXX)
+find_package(selvedge REQUIRED COMPONENTS detection)
+add_executable(find_collisions find_collisions.cpp)
+target_link_libraries(find_collisions PRIVATE selvedge::detection)
+END
+      # shellcheck disable=SC2016
+      first_drape bookworm deb-library 'apt-get update -q; apt-get install -qy --no-install-recommends g++ cmake make' \
+        'apt-get install -qy --no-install-recommends ./*.deb' \
+        'cmake -S . -B build; cmake --build build; build/find_collisions; python3 first_drape.py'
       ;;
     wheel)
       copy_of bookworm wheel

@@ -28,4 +28,6 @@ rm -rf "$out/_CPack_Packages"
 PYTHONPATH=bindings/python/build_backend scripts/quietly.sh /usr/bin/python3 -B -c "
 import selvedge_build
 selvedge_build.build_wheel('$out', {'build': '$build', 'libraries': 'bundle'})"
-(cd "$out" && sha256sum -- * | tee SHA256SUMS)
+# The list of files comes before the file of sums exists.
+sums=$(cd "$out" && sha256sum -- *)
+echo "$sums" | tee "$out/SHA256SUMS"

@@ -83,7 +83,7 @@ def main():
     axes, half = turn(rotation["axis"], rotation["angle_deg"]), 0.5 * np.array(box["shape"]["size"]) + KEPT
     print("state  edge %  string %")
     with tempfile.TemporaryDirectory() as out:
-        run = [o.program, "run", o.scene, "--out", out, "--overwrite", "--every-step", "--no-picture"]
+        run = [o.program, "run", o.scene, "--out", out, "--overwrite", "--every-step", "--no-pictures"]
         subprocess.run(run, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
         states = sorted(f for f in pathlib.Path(out, "steps").glob("*.ply") if not f.name.startswith("bodies"))
         bodies = sorted(pathlib.Path(out, "steps").glob("bodies*.ply"))

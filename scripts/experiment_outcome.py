@@ -94,7 +94,7 @@ RAILS_STOP, RAILS_GO = 90, 300  # frames between which the rails of xii_ji do no
 
 def curves():
     """Ji's two curves: growth of the area and mean strain of the springs, by frame, in percent."""
-    subprocess.run([PROGRAM, "measure", RESULT, "--no-picture"], capture_output=True, check=True)
+    subprocess.run([PROGRAM, "measure", RESULT, "--no-pictures"], capture_output=True, check=True)
     with open(f"{RESULT}/measures/energy.csv", newline="") as table:
         rows = list(csv.DictReader(table))
     return [[100.0 * float(row[key]) for row in rows] for key in ("area_growth", "strain_mean")]

@@ -243,6 +243,29 @@ TEST(WornOpenings, AHoodOffTheHeadIsNamed) {
   }
 }
 
+TEST(WornOpenings, AHoodOverTheEyesIsWorn) {
+  const Person p = person();
+  std::mt19937 random(14);
+  std::uniform_real_distribution<double> brow(0.5, 0.75);
+  for (int seed = 0; seed < 10; ++seed) {
+    // All of the face above the brow is covered, in shares of the way from the neck to the top.
+    const double covered = brow(random);
+    const auto covers = [&](std::size_t v) {
+      const Vec3 from = p.body.vertices[v] - p.marks.neck.middle;
+      const double share = from.dot(p.marks.up) / (p.marks.top - p.marks.neck.middle).norm();
+      const bool is_face =
+          share > 0.05 && share < covered && from.dot(p.marks.forward) > 0.3 * from.norm();
+      Suit suit;
+      suit.neck = -1.0;
+      return !is_face && suit.covers(p, v);
+    };
+    const detail::Garment worn = second_skin(p, covers);
+    const DressResult r = measured(worn, worn, p, {"hood"});
+    EXPECT_EQ(r.verdict(), "good") << seed;
+    EXPECT_EQ(parts_of(r).count({"head"}), 1u) << seed;
+  }
+}
+
 TEST(WornOpenings, BackToFrontIsNamed) {
   const Person p = person(Eigen::AngleAxisd(0.7, Vec3::UnitZ()).toRotationMatrix());
   const Suit suit;

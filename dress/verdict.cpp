@@ -12,10 +12,10 @@
 namespace selvedge {
 namespace {
 
-constexpr double kFolded = 0.02;    // share of the area that may lie folded over
-constexpr double kOneSided = 0.01;  // m, by which the sides of a symmetric pattern may differ
-constexpr double kTurned = 1.3;   // rad, 75 degrees: a sleeve comes down by 50, a flare turns by 46
-constexpr double kAsTight = 0.8;  // of the largest strain, where its reason may lie
+constexpr double kFolded = 0.02;      // share of the area that may lie folded over
+constexpr double kOneSided = 0.01;    // m, by which the sides of a symmetric pattern may differ
+constexpr double kTurned = 1.75;      // rad, 100 degrees; narrow fronts of a jacket turn by 75
+constexpr double kAsTight = 0.8;      // of the largest strain, where its reason may lie
 constexpr double kNoticeable = 5e-3;  // share of the area below which tightness is local
 
 std::string panel_name(const DressResult& r, std::int32_t panel) {

@@ -82,6 +82,9 @@ function(selvedge_optimize_less target)
   if(ARGC GREATER 1)
     set(level ${ARGV1})
   endif()
+  if(EMSCRIPTEN AND level STREQUAL "g")  # Emscripten 3.1.6 rejects -Og
+    set(level 1)
+  endif()
   target_compile_options(${target} PRIVATE
                          $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:Release>>:-O${level}>
                          $<$<AND:$<CXX_COMPILER_ID:GNU,Clang>,$<CONFIG:RelWithDebInfo>>:-O1>)

@@ -260,7 +260,10 @@ std::vector<detail::SurfaceGrain> grains_of(const BuiltScene& built) {
     const std::int32_t next = built.piece_begin[p + 1];
     end =
         std::find_if(begin, cloth.triangles.end(), [&](const Triangle& t) { return t[0] >= next; });
-    grains.push_back(detail::grain_of(cloth.vertices, std::span(begin, end)));
+    const auto from = static_cast<std::size_t>(begin - cloth.triangles.begin());
+    const auto count = static_cast<std::size_t>(end - begin);
+    grains.push_back(
+        detail::grain_of(cloth.vertices, std::span(cloth.triangles).subspan(from, count)));
   }
   for (const auto& body : built.bodies) {
     std::vector<Vec3> x(body->vertex_count());

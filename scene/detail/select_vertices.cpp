@@ -47,7 +47,7 @@ class Selection {
 
   void select_one(const Json& j, const std::string& path, std::vector<std::int32_t>& found) const {
     if (j.is_string()) return select_word(j, path, found);
-    const auto vertex = j.get<std::int64_t>(), count = std::ssize(points_.placed);
+    const std::int64_t vertex = j.get<std::int64_t>(), count = std::ssize(points_.placed);
     if (vertex >= count)
       fail(document_, path,
            fmt::format("there is no vertex {}; {} has vertices 0 to {}", vertex,

@@ -284,9 +284,9 @@ Solution solve_explicit(StepMethods& m, const StepInput& in, std::span<const Con
   for (int round = 0;; ++round) {
     if (const double stable = m.response->stable_step(); !(in.h <= stable)) {
       s.ends.collisions.clear();
-      s.rejection = {.cause = "the contacts of " + m.scene.contact.response +
-                              " bear explicit steps below " + std::to_string(stable) +
-                              " s, this one has " + std::to_string(in.h) + " s"};
+      s.rejection = Rejection{.cause = "the contacts of " + m.scene.contact.response +
+                                       " bear explicit steps below " + std::to_string(stable) +
+                                       " s, this one has " + std::to_string(in.h) + " s"};
       return s;
     }
     finish_ends(m, in, s);
@@ -318,7 +318,7 @@ void part_collisions(StepMethods& m, const StepInput& in, const SolvedVelocities
     }
     trace_stage(m, "fail-safe", ends, v);
     if (!resolved) {
-      p.rejection = {.cause = m.fail_safe->failure_reason()};
+      p.rejection = Rejection{.cause = m.fail_safe->failure_reason()};
       return;
     }
     p.counts += collide(m, in, ends);

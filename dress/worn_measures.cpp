@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/body_surface.h>
 #include <selvedge/dress/detail/deformation.h>
@@ -41,7 +42,9 @@ Girth tight_girth(const TriangleMesh& body, const DressResult& r, std::size_t at
                   const Vec3& along) {
   const Vec3 across = normal_of(r.garment, at).cross(along).normalized();
   for (const double degrees : {0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0}) {
-    const Vec3 normal = Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, along) * across;
+    const double angle = degrees * std::numbers::pi / 180.0;
+    const Vec3 normal =
+        elementary::cos(angle) * across + elementary::sin(angle) * along.cross(across);
     const Girth girth = girth_at(r.garment, r.flat, body, at, normal);
     if (girth.cloth > 0.0 && girth.body > girth.cloth) return girth;
   }

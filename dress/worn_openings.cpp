@@ -5,6 +5,7 @@
 // through an opening, and every opening is there for one of them, so an opening through which
 // nothing leads is a fault. The openings are the borders of the sewn mesh; a part leads through one
 // if its middle line crosses a surface that the border spans.
+#include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/dress/detail/deformation.h>
 #include <selvedge/dress/detail/worn_openings.h>
 #include <selvedge/dress/internal/arrange.h>
@@ -213,7 +214,8 @@ class Openings {
       Mat3 sign = Mat3::Identity();
       sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
       const Mat3 turn = svd.matrixU() * sign * svd.matrixV().transpose();
-      result_.panel_turned.push_back(std::acos(std::clamp(0.5 * (turn.trace() - 1.0), -1.0, 1.0)));
+      result_.panel_turned.push_back(
+          elementary::acos(std::clamp(0.5 * (turn.trace() - 1.0), -1.0, 1.0)));
     }
   }
 

@@ -101,7 +101,7 @@ mutant image_normal VIII.2 "the normal of the map" "that of the triangle of a pa
 mutant image_distance VIII.2 "distance along the normal" "depth along the axis" broadphase/image_space/particle_maps.cpp \
   "-one.depth * @std::abs(one.normal[axis])@" 1.0 image_space 'ParticleMaps.*'
 mutant image_views VIII.2 "front, back and side views" "front and back" broadphase/image_space/particle_maps.cpp \
-  "first(@config.views@)" 1 image_space 'ParticleMaps.*'
+  "first(@count@)" 1 image_space 'ParticleMaps.*'
 mutant green beyond "Green's strain (St. Venant-Kirchhoff)" "elongations along warp and weft (springs)" \
   core/cloth/force_membrane.cpp "{@0.5 * (f_.col(0).squaredNorm() - 1.0)@," "f_.col(0).norm() - 1.0" forces \
   'StVenantKirchhoff.*:Membrane.*'

@@ -15,7 +15,7 @@ constexpr std::size_t kVertexGrain = 2048;
 constexpr double kSlack = 0x1p-20;
 /// Metres: the least slack, and the largest coordinate for which anything is proved. In between, no
 /// square of a difference overflows, and those that underflow are far below the slack.
-constexpr double kLeastSlack = 1e-15, kFarthest = 1e15;
+constexpr double kLeastSlack = 1e-15, kMostExtent = 1e15;
 /// Slacks of the length of a vector whose components are off by one slack (the distance of two
 /// boxes) and by two (a relative displacement): more than sqrt(3) of each.
 constexpr double kOfGap = 2.0, kOfSpread = 4.0;
@@ -36,7 +36,7 @@ double largest_of(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1) {
 FloatPaths::FloatPaths(const SurfaceView& a, const SurfaceView& b) {
   double largest = largest_coordinate(a, "a");
   if (&a != &b) largest = std::max(largest, largest_coordinate(b, "b"));
-  const bool proves = largest <= kFarthest;
+  const bool proves = largest <= kMostExtent;
   slack_ = proves ? static_cast<float>(std::max(kSlack * largest, kLeastSlack))
                   : std::numeric_limits<float>::infinity();
   own_a_ = convert(a, proves);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Prints the results of seeded questions, every double in hexadecimal, from the package `selvedge` (argument 1: its index.mjs).
-// check.py prints the same from the native library.
-const s = await import(process.argv[2] ?? 'selvedge');
+// check.mjs [SCENE.json ...]: prints the results of seeded questions, every double in hexadecimal, and the hashes of the scenes after
+// six frames, from the package `selvedge`; the processor time of each scene goes to the standard error. check.py prints the same from
+// the native library.
+import { readFileSync } from 'node:fs';
+import * as s from 'selvedge';
 
 /** 32-bit linear congruential numbers in [0,1). */
 function generator(seed) {
@@ -65,4 +67,19 @@ for (const wrong of [() => s.findMeetings({ x0: [0, 0, NaN], triangles: [0, 0, 0
     if (!(error instanceof s.SelvedgeError) || error.code !== 1) throw error;
     console.log('refused', error.message);
   }
+}
+
+for (const file of process.argv.slice(2)) {
+  const scene = new s.Scene(readFileSync(file, 'utf8')), before = process.cpuUsage(), simulation = new s.Simulation(scene);
+  simulation.advance(6);
+  const { user } = process.cpuUsage(before), name = file.replace(/.*\//, '');
+  console.log(`scene ${name} ${simulation.hash} ${simulation.steps} steps`);
+  console.error(`${name} ${(user / 1e6).toFixed(2)} s`);
+  const state = simulation.save(), further = () => {
+    simulation.step();
+    return simulation.hash;
+  };
+  const first = further();
+  simulation.restore(state);
+  if (further() !== first) throw new Error(`${name}: a restored state continues otherwise`);
 }

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""check.py LIBRARY: prints what check.mjs prints, from the native libselvedge.so."""
+"""check.py LIBRARY [SCENE.json ...]: prints what check.mjs prints, from the native libselvedge.so, with one thread."""
 import ctypes
 import struct
 import sys
+import time
 from ctypes import POINTER, byref, c_double, c_int, c_int32, c_size_t, c_uint8, c_uint64, c_void_p
 
 library = ctypes.CDLL(sys.argv[1])
@@ -103,3 +104,17 @@ for wrong in (lambda: checked("find_meetings", byref(point), None, None, None), 
         sys.exit("a wrong argument was not refused")
     except RuntimeError as error:
         print("refused", error)
+
+library.selvedge_simulation_steps.restype = ctypes.c_int64
+checked("set_threads", c_int(1))
+for file in sys.argv[2:]:
+    with open(file, "rb") as opened:
+        text = opened.read()
+    scene, simulation, digits = c_void_p(), c_void_p(), ctypes.create_string_buffer(17)
+    checked("scene_create", text, None, byref(scene))
+    started, name = time.process_time(), file.rpartition("/")[2]
+    checked("simulation_create", scene, None, c_size_t(0), byref(simulation))
+    checked("simulation_advance", simulation, c_int(6))
+    print(f"{name} {time.process_time() - started:.2f} s", file=sys.stderr)
+    checked("simulation_hash", simulation, digits)
+    print(f"scene {name} {digits.value.decode()} {call('simulation_steps', simulation)} steps")

@@ -1,17 +1,20 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# check.sh PACKAGE.tgz LIBRARY: installs the packed npm package into an empty folder and compares the bits of its results with
-# those of the native library libselvedge.so.
+# check.sh PACKAGE.tgz LIBRARY: installs the packed npm package into an empty folder and compares the bits of its results, and of
+# six scenes after six frames, with those of the native library libselvedge.so; prints the processor time of each scene.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 package=$(realpath "$1") library=$(realpath "$2")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+scenes=()
+for name in cloth_on_sphere flag hysteresis incline plate_2 finite_elements; do scenes+=("$here/../../data/scenes/$name.json"); done
 cd "$work"
-mkdir -p node_modules/selvedge
-tar -xf "$package" -C node_modules/selvedge --strip-components=1
+npm install --silent --offline --no-audit --no-fund "$package"
 cp "$here/check.mjs" .
-node check.mjs >here.txt
-python3 "$here/check.py" "$library" >native.txt
+node check.mjs "${scenes[@]}" >here.txt 2>here_seconds.txt
+python3 "$here/check.py" "$library" "${scenes[@]}" >native.txt 2>native_seconds.txt
 cmp here.txt native.txt
 echo "$(wc -l <here.txt) lines of results, $(wc -w <here.txt) numbers: the same bits as the native library"
+join here_seconds.txt native_seconds.txt | awk '{ printf "%-24s WebAssembly %6.2f s, native %6.2f s, ratio %.2f\n", $1, $2, $4, $2 / $4; a += $2; b += $4 }
+  END { printf "%-24s WebAssembly %6.2f s, native %6.2f s, ratio %.2f\n", "all", a, b, a / b }'

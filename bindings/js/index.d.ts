@@ -9,7 +9,8 @@ export interface Surface {
   triangles: Int32Array | ArrayLike<number>;
 }
 
-/** An argument that cannot be used (code 1), or no memory (code 4). The message names the place. */
+/** An argument that cannot be used (code 1), a simulation that cannot continue and keeps its last good state (code 2), or no memory
+ * (code 4). The message names the place. */
 export class SelvedgeError extends Error {
   code: number;
 }
@@ -46,6 +47,8 @@ export interface DetectorOptions {
 /** A broad and a narrow phase that keep their trees from call to call. */
 export class Detector {
   constructor(options?: DetectorOptions);
+  /** Frees the memory now; else the collector of garbage does. The same for all classes. */
+  free(): void;
   findCollisions(a: Surface, b?: Surface | null): Collisions;
   findCandidates(a: Surface, b?: Surface | null, distance?: number):
     { pointTriangle: Int32Array; trianglePoint: Int32Array; edgeEdge: Int32Array };
@@ -80,6 +83,84 @@ export interface Verdict {
 export function judge(mesh: Surface, options?: { body?: Surface | null; rest?: Numbers | null }): Verdict;
 /** The same for the straight paths from x0 to x1. */
 export function judgePath(mesh: Surface, options?: { body?: Surface | null }): { selfCollisions: number; bodyCollisions: number };
+
+/** Reads OBJ, PLY or OFF exactly; the ending of the name tells which. Throws SelvedgeError with the line or byte of a fault. */
+export function readMesh(name: string, content: string | Uint8Array | ArrayBuffer): { x0: Float64Array; triangles: Int32Array };
+
+/** Files that a scene names, by their paths relative to it. */
+export type Files = Record<string, string | Uint8Array | ArrayBuffer>;
+
+/** A scene from the JSON of a scene file, as text or as an object. Free it after its simulations. */
+export class Scene {
+  constructor(scene: string | object, options?: { files?: Files });
+  /** The scene as read, with all defaults. */
+  readonly json: string;
+  /** The number of its last frame, and frames per second. */
+  readonly frames: number;
+  readonly fps: number;
+  free(): void;
+}
+
+/** Contacts of the last step, at its end. Vertices count the cloth first, then the bodies. */
+export interface StepContacts {
+  count: number;
+  kind: Uint8Array;
+  vertices: Int32Array;
+  weights: Float64Array;
+  normal: Float64Array;
+  /** m */
+  gap: Float64Array;
+  /** m, the distance that the simulation keeps */
+  restGap: Float64Array;
+  /** Rows of three, N s, on the first primitive. */
+  impulse: Float64Array;
+}
+
+/** All that a simulation carries from step to step. */
+export interface State {
+  free(): void;
+}
+
+/** The cloth of a scene in time. */
+export class Simulation {
+  /** `driven`: numbers of bodies that the program moves by moveBody. */
+  constructor(scene: Scene | string | object, options?: { driven?: number[]; files?: Files });
+  readonly scene: Scene;
+  /** Makes one accepted step. */
+  step(): void;
+  /** Steps to the time of a frame, and verifies each frame. */
+  advance(frame: number): void;
+  /** s */
+  readonly time: number;
+  readonly steps: number;
+  readonly vertexCount: number;
+  /** Copies of the state, rows of three, in m and m/s. */
+  readonly positions: Float64Array;
+  readonly velocities: Float64Array;
+  readonly triangles: Int32Array;
+  /** All bodies joined; body i has the vertices from bodyBegin(i) up to bodyBegin(i + 1). */
+  readonly bodyCount: number;
+  bodyBegin(i: number): number;
+  readonly bodyPositions: Float64Array;
+  readonly bodyTriangles: Int32Array;
+  /** Forces in N on the cloth, rows of three, until they are set again; null: none. */
+  setForces(forces: Numbers | null): void;
+  /** Moves vertices on straight lines to x, rows of three, by the end of the next nominal step, and holds them there. */
+  hold(vertices: ArrayLike<number>, x: Numbers): void;
+  /** Releases held vertices; without an argument all. */
+  release(vertices?: ArrayLike<number> | null): void;
+  /** Moves all vertices of a driven body to x, rows of three, by the end of the next nominal step. */
+  moveBody(body: number, x: Numbers): void;
+  contacts(): StepContacts;
+  /** A figure of the run since the start, by its name in result.json, or an energy: "energy.kinetic". */
+  figure(name: string): number;
+  /** 16 hex digits of positions and velocities. */
+  readonly hash: string;
+  save(): State;
+  /** Continues from a state of the same scene with the same bits. Input is forgotten. */
+  restore(state: State): void;
+  free(): void;
+}
 
 export function version(): string;
 export function broadPhases(): string[];

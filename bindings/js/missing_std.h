@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the standard library of Emscripten 3.1.6 (libc++ 13) lacks of C++20 and the sources use. build.sh includes it
-// before every source.
+// What the standard library of Emscripten 3.1.6 (libc++ 13) lacks of C++20 and the sources use.
+// build.sh includes it before every source.
 #pragma once
 
 #include <version>

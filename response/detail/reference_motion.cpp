@@ -13,6 +13,10 @@ namespace {
 // their line is undetermined.
 constexpr double kInertiaCut = 1e-10;
 
+// Share of their extent by which anchors may lie beside a line and still count as on it: their spin
+// about it is undetermined.
+constexpr double kOnLine = 1e-6;
+
 // Maximum number of particles that a message lists.
 constexpr std::size_t kNamed = 4;
 
@@ -20,6 +24,27 @@ Mat3 cross_matrix(const Vec3& w) {
   Mat3 m;
   m << 0.0, -w.z(), w.y(), w.z(), 0.0, -w.x(), -w.y(), w.x(), 0.0;
   return m;
+}
+
+// The rotation of least angle that takes the direction of a to that of b, which is not opposite.
+Mat3 least_rotation(const Vec3& a, const Vec3& b) {
+  const Vec3 from = a.stableNormalized(), to = b.stableNormalized();
+  const Mat3 cross = cross_matrix(from.cross(to));
+  return Mat3::Identity() + cross + cross * cross / (1.0 + from.dot(to));
+}
+
+// The direction of the line on which the points lie, as long as the farthest is from the centre;
+// zero if they lie on none.
+Vec3 line_of(std::span<const std::int32_t> points, std::span<const Vec3> x, const Vec3& centre) {
+  Vec3 line = Vec3::Zero();
+  for (const std::int32_t i : points)
+    if (const Vec3 r = x[i] - centre; r.norm() > line.norm()) line = r;
+  const Vec3 unit = line.stableNormalized();
+  for (const std::int32_t i : points) {
+    const Vec3 r = x[i] - centre;
+    if ((r - unit.dot(r) * unit).norm() > kOnLine * line.norm()) return Vec3::Zero();
+  }
+  return line;
 }
 
 std::string anchor_name(std::int32_t i, std::size_t particles) {
@@ -72,7 +97,11 @@ ReferenceMotion anchor_motion(std::span<const std::int32_t> anchors, std::span<c
   Mat3 covariance = Mat3::Zero();
   for (const std::int32_t i : anchors)
     covariance += (x_t1[i] - end) * (x_t0[i] - motion.centre).transpose();
-  motion.turn = nearest_rotation(covariance) - Mat3::Identity();
+  // Cloth beside anchors on a line must not spin about it, as the best fit may.
+  const Vec3 line = line_of(anchors, x_t0, motion.centre), end_line = covariance * line;
+  const bool is_line = !line.isZero(0.0) && end_line.dot(line) > 0.0;
+  motion.turn =
+      (is_line ? least_rotation(line, end_line) : nearest_rotation(covariance)) - Mat3::Identity();
   double error = 0.0, extent = 0.0;
   for (const std::int32_t i : anchors) {
     error = std::max(error, (x_t0[i] + motion.displacement(x_t0[i]) - x_t1[i]).norm());

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <selvedge/narrowphase/distance.h>
+#include <selvedge/response/detail/reference_motion.h>
 #include <selvedge/response/detail/separating_planes.h>
 
 namespace selvedge::fail_safe_test {
@@ -53,6 +54,27 @@ TEST(FailSafe, NoneMovesABodyOrAHeldParticleByOneBit) {
             EXPECT_EQ(after[i], trial.x_t1[i]) << "vertex " << i;
           }
       }
+}
+
+TEST(ReferenceMotion, AnchorsOnALineDoNotSpinAboutIt) {
+  std::mt19937 random(3);
+  const auto draw = [&] { return static_cast<double>(random()) / 4294967296.0 - 0.5; };
+  for (int trial = 0; trial < 200; ++trial) {
+    const Vec3 line = Vec3(draw(), draw(), draw()).normalized(), middle(draw(), draw(), draw());
+    const Vec3 axis = line.cross(Vec3(draw(), draw(), draw())).normalized();
+    const double angle = 0.4 * draw();  // rad
+    const Mat3 turn = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+    std::vector<Vec3> x_t0, x_t1;
+    std::vector<std::int32_t> anchors;
+    for (int k = 0; k < 2 + trial % 6; ++k) {
+      anchors.push_back(k);
+      x_t0.push_back(middle + 0.01 * k * line);
+      x_t1.push_back(middle + 0.01 * k * (turn * line));
+    }
+    const ReferenceMotion motion = anchor_motion(anchors, x_t0, x_t1);
+    EXPECT_LT(motion.residual, 1e-9);
+    EXPECT_NEAR(angle_of(motion), 2.0 * std::abs(std::sin(0.5 * angle)), 1e-9) << "trial " << trial;
+  }
 }
 
 TEST(FailSafe, NoneGainsEnergyAtAStaticBody) {

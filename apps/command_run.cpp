@@ -52,13 +52,21 @@ std::string missing_detector(const Scene& scene, const Methods& methods) {
   return narrow->traits().misses_nothing ? "" : contact.narrow_phase;
 }
 
+// What the scene prescribes crosses: handles hold cloth inside bodies.
+std::string held_inside(const RunResult& r) {
+  const auto count = r.counters.find("max_held_inside_bodies");
+  if (count == r.counters.end() || count->second == 0.0) return "";
+  return fmt::format(" (handles hold {} inside them)",
+                     counted(static_cast<long>(count->second), "vertex", "vertices"));
+}
+
 std::string clean_line(const Scene& scene, const Methods& methods, const RunResult& r) {
   const TangleReport& t = r.tangle;
   if (t.jams > 0 && t.start_pairs == 0 && r.clean_elsewhere)
     return fmt::format(
-        "NO: bodies left cloth no room {}; its vertices are flagged, nothing else "
+        "NO: bodies left cloth no room {}{}; its vertices are flagged, nothing else "
         "passed through",
-        t.jams == 1 ? "once" : fmt::format("{} times", t.jams));
+        t.jams == 1 ? "once" : fmt::format("{} times", t.jams), held_inside(r));
   const std::string misses = missing_detector(scene, methods);
   if (t.start_pairs == 0 && r.clean && !misses.empty())
     return fmt::format("yes: no crossing in any frame; {} may miss collisions between frames",

@@ -306,7 +306,12 @@ std::string grip_fault(const GripScene& grip, const GripOutcome& o) {
     return o.bent > grip.scene.contact.rest_gap ? "bent" : "";
   }
   if (!o.result.clean_elsewhere) return "crossings elsewhere";
-  if (o.pinched == 0) return "not pinched";
+  if (o.pinched == 0) {
+    const auto inside = o.result.counters.find("max_held_inside_bodies");
+    if (inside == o.result.counters.end() || inside->second == 0.0) return "not pinched";
+    return "not pinched, a jaw runs over " + std::to_string(static_cast<int>(inside->second)) +
+           " held vertices";
+  }
   if (o.slipped > most_slip) return "let go";
   if (o.freed > 1.0 + 1e-9) return "thrown";
   if (o.result.tangle.pairs > 0 || o.result.tangle.until_s < 0.0) return "still tangled";

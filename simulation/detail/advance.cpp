@@ -3,6 +3,7 @@
 // From one accepted state to the next: the length of a step, its attempts, its acceptance.
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/floating_point.h>
+#include <selvedge/simulation/detail/enclosed.h>
 #include <selvedge/simulation/detail/inquiry.h>
 #include <selvedge/simulation/detail/simulation_parts.h>
 #include <selvedge/simulation/detail/solids.h>
@@ -371,9 +372,25 @@ bool Simulation::Parts::carry_jam() {
   if (!methods.untangler->carry_pinches(failed.pairs, outcome.near.pinches) &&
       !methods.untangler->carry_jam(pairs, failed.x_t0))
     return false;
+  note_held_inside();
   state.tangles = methods.untangler->tangles();
   methods.validator.forget();
   return true;
+}
+
+// Particles that a handle has taken into a closed body, or a body that has run over them: what the
+// scene prescribes crosses.
+void Simulation::Parts::note_held_inside() {
+  std::vector<std::int32_t> held;
+  for (std::size_t i = 0; i < n(); ++i)
+    if (!(input.inv_mass[i] > 0.0)) held.push_back(static_cast<std::int32_t>(i));
+  for (const Pinch& pinch : outcome.near.pinches) std::erase(held, pinch.vertex);
+  if (held.empty()) return;
+  const int inside =
+      detail::count_inside(methods.detection.joint_surface(), attempts.rejected.x_t1, held);
+  if (inside == 0) return;
+  double& most = result.counters["max_held_inside_bodies"];
+  most = std::max(most, static_cast<double>(inside));
 }
 
 void Simulation::Parts::give_up() {

@@ -2,17 +2,24 @@
 #include <selvedge/bodies/mesh_report.h>
 #include <selvedge/simulation/detail/enclosed.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 namespace selvedge::detail {
+namespace {
+
+TriangleMesh bodies_of(const JointSurface& surface, std::span<const Vec3> x) {
+  const std::span<const Triangle> all = surface.triangles();
+  const auto triangles = all.subspan(surface.cloth_triangles());
+  return {{x.begin(), x.end()}, {triangles.begin(), triangles.end()}};
+}
+
+}  // namespace
 
 std::optional<Enclosed> find_enclosed(const JointSurface& surface, std::span<const Vec3> x,
                                       std::span<const EdgeCrossing> crossings) {
-  TriangleMesh bodies{{x.begin(), x.end()}, {}};
-  const std::span<const Triangle> all = surface.triangles();
-  const auto body_triangles = all.subspan(surface.cloth_triangles());
-  bodies.triangles.assign(body_triangles.begin(), body_triangles.end());
+  const TriangleMesh bodies = bodies_of(surface, x);
   const ClosedParts closed(bodies);
   if (closed.empty()) return std::nullopt;
   std::vector<char> seen(surface.parts(), 0);
@@ -30,6 +37,15 @@ std::optional<Enclosed> find_enclosed(const JointSurface& surface, std::span<con
       return Enclosed{v, bodies.triangles[t][0]};
   }
   return std::nullopt;
+}
+
+int count_inside(const JointSurface& surface, std::span<const Vec3> x,
+                 std::span<const std::int32_t> vertices) {
+  const ClosedParts closed(bodies_of(surface, x));
+  return static_cast<int>(
+      std::count_if(vertices.begin(), vertices.end(), [&](const std::int32_t v) {
+        return closed.may_contain(x[v]) && closed.part_around(x[v]) >= 0;
+      }));
 }
 
 }  // namespace selvedge::detail

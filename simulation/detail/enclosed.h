@@ -20,5 +20,8 @@ struct Enclosed {
 /// of them lies inside. `crossings` must contain all crossings between cloth and bodies.
 std::optional<Enclosed> find_enclosed(const JointSurface& surface, std::span<const Vec3> x,
                                       std::span<const EdgeCrossing> crossings);
+/// How many of these vertices lie inside a closed body.
+int count_inside(const JointSurface& surface, std::span<const Vec3> x,
+                 std::span<const std::int32_t> vertices);
 
 }  // namespace selvedge::detail

@@ -105,6 +105,7 @@ struct Simulation::Parts {
   void finish_velocities(std::span<Vec3> v) const;
   void note_rejection();
   bool carry_jam();
+  void note_held_inside();
   void name_cause();
   [[noreturn]] void give_up();
   void accept();

@@ -7,6 +7,8 @@
 #include <selvedge/simulation/simulation_state.h>
 #include <selvedge/tests/grips.h>
 
+#include <algorithm>
+
 namespace selvedge::grip_test {
 namespace {
 
@@ -93,6 +95,29 @@ TEST(Grips, JawsThatShearWithEqualFrictionDoNotTearCloth) {
       EXPECT_EQ(outcome.result.tangle.pairs, 0) << seed << ", " << share;
       EXPECT_LT(outcome.stretch, 0.105) << seed << ", " << share;
     }
+}
+
+// The row is held at a plane that a jaw passes: what is prescribed crosses.
+TEST(Grips, AJawThatRunsOverAHeldRowIsCountedAndTheRowFlagged) {
+  for (const unsigned seed : {99U, 447U}) {
+    const GripScene grip = scene_of(seed);
+    Simulation simulation(grip.scene);
+    simulation.advance_to_frame(static_cast<int>(grip.released * grip.scene.time.fps) - 1);
+    const RunResult result = simulation.result();
+    EXPECT_FALSE(result.clean) << seed;
+    EXPECT_TRUE(result.clean_elsewhere) << seed;
+    EXPECT_GT(result.counters.at("max_held_inside_bodies"), 0.0) << seed;
+    const std::vector<std::uint8_t> flags = simulation.flags();
+    const auto& row = grip.scene.handles[0].vertices;
+    EXPECT_GE(std::count_if(row.begin(), row.end(),
+                            [&](auto v) { return (flags[v] & kFlagPinched) != 0; }),
+              static_cast<std::ptrdiff_t>(result.counters.at("max_held_inside_bodies")))
+        << seed;
+  }
+  const GripScene apart = scene_of(1);
+  Simulation simulation(apart.scene);
+  simulation.advance_to_frame(static_cast<int>(apart.released * apart.scene.time.fps));
+  EXPECT_EQ(simulation.result().counters.count("max_held_inside_bodies"), 0U);
 }
 
 TEST(Grips, PinchedVerticesAreFlagged) {

@@ -16,6 +16,7 @@ int bench_grips(int argc, char** argv);
 int bench_image_space(int argc, char** argv);
 int bench_integrators(int argc, char** argv);
 int bench_limiters(int argc, char** argv);
+int bench_order_in_contact(int argc, char** argv);
 int bench_response(int argc, char** argv);
 int bench_rest(int argc, char** argv);
 int bench_rivals(int argc, char** argv);

@@ -31,6 +31,7 @@ constexpr Benchmark kBenchmarks[] = {
 #endif
     {"integrators", bench_integrators, "error against time of the integrators"},
     {"limiters", bench_limiters, "strain limiters on one swinging cloth"},
+    {"order_in_contact", bench_order_in_contact, "order of the implicit integrators in contact"},
     {"response", bench_response, "responses on scenes with closed forms, and the survey's claims"},
     {"rest", bench_rest, "rest of the cloth and accuracy of Coulomb's law"},
     {"rivals", bench_rivals, "springs beside finite elements and a geometric drape"},

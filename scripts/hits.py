@@ -141,13 +141,15 @@ def run(program, scene, folder, budget):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     words = [program, "run", file, "--out", os.path.join(folder, "result"), "--threads", "1", "--no-pictures", "--overwrite", "--json"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
+        stopped = False
         while True:
             try:
                 printed, said = child.communicate(timeout=1.0)
                 break
             except subprocess.TimeoutExpired:
-                if processor_time(child.pid) > budget:
+                if not stopped and processor_time(child.pid) > budget:
                     child.send_signal(signal.SIGINT)  # ends with what is done so far
+                    stopped = True
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime - before.ru_utime
     try:

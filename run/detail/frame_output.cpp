@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/run/detail/frame_output.h>
 #include <selvedge/run/detail/named_wrenches.h>
+#include <selvedge/run/internal/flat_texture.h>
 #include <selvedge/run/internal/part_colours.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/scene/build.h>
@@ -16,7 +17,35 @@
 #include <system_error>
 #include <utility>
 
-namespace selvedge::detail {
+namespace selvedge {
+
+std::vector<std::array<TexturePoint, 3>> flat_texture(const BuiltScene& built) {
+  constexpr TexturePoint none = {std::numeric_limits<double>::quiet_NaN(), 0.0};
+  const std::vector<Triangle>& cloth = built.cloth.surface.triangles;
+  const TriangleMesh& rest = built.rest;
+  std::vector<std::array<TexturePoint, 3>> texture(cloth.size(), {none, none, none});
+  const std::size_t pieces = built.piece_begin.empty() ? 0 : built.piece_begin.size() - 1;
+  for (std::size_t piece = 0; piece < pieces; ++piece) {
+    const auto is_own = [&](std::size_t t) {
+      return cloth[t][0] >= built.piece_begin[piece] && cloth[t][0] < built.piece_begin[piece + 1];
+    };
+    Eigen::AlignedBox3d box;
+    for (std::size_t t = 0; t < cloth.size(); ++t)
+      if (is_own(t))
+        for (const std::int32_t v : rest.triangles[t])
+          box.extend(rest.vertices[static_cast<std::size_t>(v)]);
+    if (box.isEmpty() || box.sizes().z() > 1e-9 * box.sizes().maxCoeff()) continue;
+    const double size = box.sizes().maxCoeff();
+    for (std::size_t t = 0; t < cloth.size(); ++t)
+      for (std::size_t k = 0; is_own(t) && k < 3; ++k) {
+        const Vec3 at = rest.vertices[static_cast<std::size_t>(rest.triangles[t][k])] - box.min();
+        texture[t][k] = {at.x() / size, at.y() / size};
+      }
+  }
+  return texture;
+}
+
+namespace detail {
 
 namespace fs = std::filesystem;
 
@@ -53,34 +82,6 @@ std::vector<std::string> names_of(const std::vector<Spec>& specs, const char* ki
   for (std::size_t i = 0; i < specs.size(); ++i)
     names.push_back(specs[i].name.empty() ? fmt::format("{}_{}", kind, i) : specs[i].name);
   return names;
-}
-
-/// Texture coordinates from the rest shape of each piece that lies flat: its box, as large as fits
-/// the unit square.
-std::vector<std::array<TexturePoint, 3>> texture_of(const BuiltScene& built) {
-  constexpr TexturePoint none = {std::numeric_limits<double>::quiet_NaN(), 0.0};
-  const std::vector<Triangle>& cloth = built.cloth.surface.triangles;
-  const TriangleMesh& rest = built.rest;
-  std::vector<std::array<TexturePoint, 3>> texture(cloth.size(), {none, none, none});
-  const std::size_t pieces = built.piece_begin.empty() ? 0 : built.piece_begin.size() - 1;
-  for (std::size_t piece = 0; piece < pieces; ++piece) {
-    const auto is_own = [&](std::size_t t) {
-      return cloth[t][0] >= built.piece_begin[piece] && cloth[t][0] < built.piece_begin[piece + 1];
-    };
-    Eigen::AlignedBox3d box;
-    for (std::size_t t = 0; t < cloth.size(); ++t)
-      if (is_own(t))
-        for (const std::int32_t v : rest.triangles[t])
-          box.extend(rest.vertices[static_cast<std::size_t>(v)]);
-    if (box.isEmpty() || box.sizes().z() > 1e-9 * box.sizes().maxCoeff()) continue;
-    const double size = box.sizes().maxCoeff();
-    for (std::size_t t = 0; t < cloth.size(); ++t)
-      for (std::size_t k = 0; is_own(t) && k < 3; ++k) {
-        const Vec3 at = rest.vertices[static_cast<std::size_t>(rest.triangles[t][k])] - box.min();
-        texture[t][k] = {at.x() / size, at.y() / size};
-      }
-  }
-  return texture;
 }
 
 /// The option of the format ply.
@@ -155,7 +156,7 @@ std::shared_ptr<const FrameParts> FrameOutput::parts_of(const Simulation& simula
     parts->bodies.push_back({body_names_[b], first, count, body_colour()});
     first += count;
   }
-  parts->texture = texture_of(built);
+  parts->texture = flat_texture(built);
   parts_ = std::move(parts);
   parts_owner_ = simulation.owner();
   return parts_;
@@ -243,4 +244,6 @@ void FrameOutput::resume(const Simulation& simulation, int last) {
   for (const auto& writer : others_) writer->update_series();
 }
 
-}  // namespace selvedge::detail
+}  // namespace detail
+
+}  // namespace selvedge

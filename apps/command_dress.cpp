@@ -38,7 +38,7 @@ struct DressOptions {
   std::optional<double> unit;
   std::optional<double> strain_limit, friction, budget;
   double over_friction = WornGarment{}.outer_friction;
-  std::vector<std::string> poses;
+  std::vector<std::string> poses, pose_formats;
   double pose_rate = BodyMotion{}.rate, pose_lead = BodyMotion{}.lead;
   int threads = 0;
   bool fit_origin = false, arrange = false, every_step = false, json = false, pictures = true,
@@ -78,7 +78,7 @@ DressConfig dress_config(const DressOptions& o) {
 
 double total_seconds(const DressResult& r) {
   double sum = 0.0;
-  for (const char* phase : {"start", "sew", "draw", "settle", "skin", "refine", "move"})
+  for (const char* phase : {"start", "sew", "close", "draw", "settle", "skin", "refine", "move"})
     if (const auto found = r.seconds.find(phase); found != r.seconds.end()) sum += found->second;
   return sum;
 }
@@ -126,6 +126,12 @@ void print_fit(const DressResult& r) {
   if (!zones.empty()) print_escaped("fit          {} cm around (fit.html)\n", zones);
 }
 
+void print_elastics(const DressResult& r) {
+  for (const ElasticReport& elastic : r.elastics)
+    print_escaped("elastic      {}: {:.1f} cm of cloth on {:.1f} cm, {:.1f} cm as worn\n",
+                  elastic.name, 100.0 * elastic.length, 100.0 * elastic.rest, 100.0 * elastic.worn);
+}
+
 void print_summary(const std::string& name, const DressResult& r, const std::string& out) {
   print_escaped("{}: {}, {}, {:.1f} s; results in {}\n", name,
                 counted(r.panel_names.size(), "panel"),
@@ -150,6 +156,7 @@ void print_summary(const std::string& name, const DressResult& r, const std::str
   print_escaped("max stretch  {:.1f} %, wearable {:.1f} %; folded over {:.1f} % of the area\n",
                 100.0 * r.max_stretch, 100.0 * r.wearable_stretch, 100.0 * r.folded);
   print_fit(r);
+  print_elastics(r);
   print_under(r);
   print_motion(r);
   print_escaped("seconds     ");
@@ -172,6 +179,7 @@ DressFolderConfig folder_config(const DressOptions& o) {
   folder.pictures = o.pictures;
   folder.body_file = {.unit = o.unit, .up = pattern_up(o)};
   folder.body_name = o.body;
+  folder.pose_formats = o.pose_formats;
   return folder;
 }
 
@@ -261,6 +269,7 @@ int dress_one(const DressOptions& o) {
 std::string motion_text(const DressOptions& o) {
   if (o.poses.empty()) return "no poses";
   std::string text = fmt::format("poses at {}, lead {}", o.pose_rate, o.pose_lead);
+  for (const std::string& format : o.pose_formats) text += " " + format;
   for (const std::string& file : o.poses)
     text += fmt::format(" {} {}", std::filesystem::path(file).stem().string(), file_hash(file));
   return text;
@@ -311,6 +320,8 @@ std::vector<std::string> arguments_of(const DressOptions& o) {
   if (!o.poses.empty()) {
     words.emplace_back("--pose");
     for (const std::string& pose : o.poses) words.push_back(absolute(pose));
+    if (!o.pose_formats.empty()) words.emplace_back("--pose-format");
+    words.insert(words.end(), o.pose_formats.begin(), o.pose_formats.end());
     add("--pose-rate", number(o.pose_rate));
     add("--pose-lead", number(o.pose_lead));
   }
@@ -397,6 +408,8 @@ void add_dress_options(const Command& command) {
   command.option(
       "--pose", options->poses,
       "Poses of the body, in order: meshes with the same triangles; the garment follows");
+  command.option("--pose-format", options->pose_formats,
+                 "Formats of the motion through the poses beside PLY, such as gltf, usd or pc2");
   command.option("--over", options->over,
                  "Put the garment over the one in RESULT, a folder that was made with this body");
   command

@@ -471,7 +471,7 @@ class Arranger : public detail::PanelPlacer {
   /// Seams whose direction the file leaves open follow the sides of the panels.
   void settle_directions() {
     for (PatternStitch& s : result_.pattern.stitches)
-      if (s.direction == Direction::unknown)
+      if (s.direction == Direction::unknown && !result_.pattern.is_on_a_line(s))
         s.direction = turned_[s.a.panel] == turned_[s.b.panel] ? Direction::end_to_start
                                                                : Direction::start_to_start;
   }

@@ -123,6 +123,7 @@ class Seams {
     }
     partner_.assign(count_, {-1, -1});
     for (const PatternStitch& s : pattern.stitches) {
+      if (pattern.is_on_a_line(s)) continue;
       partner_[first_[s.a.panel] + s.a.edge] = s.b;
       partner_[first_[s.b.panel] + s.b.edge] = s.a;
     }
@@ -155,6 +156,7 @@ class Seams {
       return first_[s.panel] + (s.edge + 1) % edges(s.panel);
     };
     for (const PatternStitch& s : pattern_.stitches) {
+      if (pattern_.is_on_a_line(s)) continue;
       const bool same = s.direction == PatternStitch::Direction::start_to_start;
       join(start(s.a), same ? start(s.b) : end(s.b));
       join(end(s.a), same ? end(s.b) : start(s.b));
@@ -194,6 +196,9 @@ class RoleFinder {
       : pattern_(pattern), seams_(pattern), roles_(roles), why_(why) {}
 
   void find() {
+    for (std::int32_t p = 0; p < count(); ++p)
+      if (roles_[p].part == Part::unknown && is_on_lines(p))
+        give(p, Part::patch, "sewn onto a panel");
     for (int round = 0; round < 4; ++round) {
       for (std::int32_t p = 0; p < count(); ++p) {
         guess_from_seams(p);
@@ -230,6 +235,18 @@ class RoleFinder {
     Vec2 low = x.front(), high = low;
     for (const Vec2& v : x) low = low.cwiseMin(v), high = high.cwiseMax(v);
     return high - low;
+  }
+
+  /// It is sewn to lines of other panels and to nothing else.
+  bool is_on_lines(std::int32_t p) const {
+    bool is_on = false;
+    for (const PatternStitch& s : pattern_.stitches) {
+      if (s.a.panel != p && s.b.panel != p) continue;
+      const PatternStitch::Side& own = s.a.panel == p ? s.a : s.b;
+      if (!pattern_.is_on_a_line(s) || pattern_.panels[p].is_line(own.edge)) return false;
+      is_on = true;
+    }
+    return is_on;
   }
 
   /// Two of its edges are sewn together, and no dart is between them.

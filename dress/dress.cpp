@@ -9,6 +9,7 @@
 #include <selvedge/dress/detail/worn_measures.h>
 #include <selvedge/dress/detail/worn_openings.h>
 #include <selvedge/dress/dress.h>
+#include <selvedge/scene/fabric_file.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -39,6 +40,13 @@ void check(const DressConfig& c) {
   if (!(c.hold_time >= 0.0)) throw std::invalid_argument("dress: hold_time must be at least 0");
   require_positive("motion.rate", c.motion.rate);
   require_positive("motion.lead", c.motion.lead);
+}
+
+void check_fabrics(const SewingPattern& pattern, const DressConfig& config) {
+  for (const PatternPanel& panel : pattern.panels)
+    if (!panel.fabric.empty() && !config.fabrics.contains(panel.fabric))
+      throw std::invalid_argument(fmt::format(
+          "panel \"{}\" is of the fabric \"{}\", which is not given", panel.name, panel.fabric));
 }
 
 void check_poses(const TriangleMesh& body, const std::vector<TriangleMesh>& poses) {
@@ -107,8 +115,10 @@ void start_report(const GarmentMesh& mesh, DressResult& result) {
   result.panel_names = mesh.panel_names;
   result.notes = mesh.notes;
   for (const GarmentMesh::Stitch& stitch : mesh.stitches)
-    result.seams.push_back(
-        {.name = stitch.name, .length_a = stitch.length_a, .length_b = stitch.length_b});
+    result.seams.push_back({.name = stitch.name,
+                            .length_a = stitch.length_a,
+                            .length_b = stitch.length_b,
+                            .closure = stitch.closure});
 }
 
 /// Length of the first side of a stitch as it lies, m.
@@ -139,13 +149,29 @@ std::vector<double> panel_heights(const detail::Garment& garment, std::size_t pa
 void report_seams(const detail::Garment& garment, const DressConfig& config, DressResult& result) {
   for (std::size_t s = 0; s < result.seams.size(); ++s) {
     SeamReport& report = result.seams[s];
-    report.pairs = garment.stitches[s].a.size();
+    report.pairs = garment.pairs(s);
     report.merged = report.pairs - garment.open_pairs(s).size();
     report.opening_end = garment.opening(s);
     report.length_end = worn_length(garment, garment.stitches[s]);
   }
   result.largest_opening = garment.largest_opening();
   result.sewn = result.largest_opening <= detail::closed_opening(config);
+}
+
+/// Lengths of rows along the cloth, flat and as it lies.
+void report_elastics(const detail::Garment& garment, DressResult& result) {
+  for (const detail::DividedElastic& elastic : garment.elastics) {
+    ElasticReport& report = result.elastics.emplace_back();
+    report.name = elastic.name;
+    for (std::size_t i = 1; i < elastic.vertices.size(); ++i) {
+      const std::int32_t u = elastic.vertices[i - 1], v = elastic.vertices[i];
+      report.length += (garment.flat.vertices[v] - garment.flat.vertices[u]).norm();
+      report.worn += (garment.surface.vertices[garment.corner[v]] -
+                      garment.surface.vertices[garment.corner[u]])
+                         .norm();
+    }
+    report.rest = elastic.elastic.ratio * report.length;
+  }
 }
 
 void report_drops(const detail::Garment& start, const detail::Garment& garment,
@@ -224,9 +250,13 @@ void find_stand(SewingPattern pattern, const BodyLandmarks& landmarks, bool is_f
                      std::abs(stand.height), stand.height > 0.0 ? "below" : "above"));
   if (stand.sleeves > kSleevesOff && !is_fitted)
     note("is drawn for arms at another angle; --arrange places its sleeves along the arms");
+  result.is_upside_down = stand.is_upside_down && !is_fitted;
+  if (result.is_upside_down) note("is placed upside down; --arrange places it anew");
   if (!is_fitted) return;
-  if (stand.sleeves > kSleevesOff) {
-    note("is drawn for arms at another angle: its panels were arranged anew");
+  if (stand.is_upside_down || stand.sleeves > kSleevesOff) {
+    note(stand.is_upside_down
+             ? "is placed upside down: its panels were arranged anew"
+             : "is drawn for arms at another angle: its panels were arranged anew");
     panels = mesh_garment(stand.arranged, mesh);
     result.origin_moved = Vec3::Zero();
   } else if (std::abs(stand.height) > kHeightOff) {
@@ -297,7 +327,7 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
     if (result.attempts > 0 && dressing.observer.restart) dressing.observer.restart();
     ++result.attempts;
     try {
-      detail::sew(garment, dressing, attempt, result);
+      detail::sew(garment, dressing, DressPhase::sew, attempt, result);
       const double opening = garment.largest_opening();
       if (opening <= detail::closed_opening(dressing.config)) return garment;
       if (!nearly_closed || opening < nearly_closed->largest_opening()) {
@@ -315,6 +345,15 @@ detail::Garment sewn(const detail::Garment& start, const detail::Dressing& dress
   if (!nearly_closed) throw DressFailed(with_notes(failure, result.notes));
   if (best != result.attempts && dressing.observer.restart) dressing.observer.restart();
   return std::move(*nearly_closed);
+}
+
+/// Closes zips and buttons.
+void close_up(detail::Garment& garment, const detail::Dressing& dressing, DressResult& result) {
+  garment.is_closing = true;
+  const auto closes_last = [](const detail::Stitching& stitch) { return stitch.closes_last; };
+  if (std::none_of(garment.stitches.begin(), garment.stitches.end(), closes_last)) return;
+  const PhaseTime time(result, "close");
+  detail::sew(garment, dressing, DressPhase::close, {0.35, {detail::SeamChoice::all}}, result);
 }
 
 /// Share of the area that lies folded over itself, and the panels with most of it.
@@ -367,6 +406,8 @@ const char* phase_name(DressPhase phase) {
   switch (phase) {
     case DressPhase::sew:
       return "sew";
+    case DressPhase::close:
+      return "close";
     case DressPhase::draw:
       return "draw";
     case DressPhase::settle:
@@ -381,6 +422,13 @@ const char* phase_name(DressPhase phase) {
 
 double SeamReport::ease() const {
   return std::max(length_a, length_b) / std::min(length_a, length_b) - 1.0;
+}
+
+void find_fabrics(const SewingPattern& pattern, const std::filesystem::path& folder,
+                  DressConfig& config) {
+  for (const PatternPanel& panel : pattern.panels)
+    if (!panel.fabric.empty() && !config.fabrics.contains(panel.fabric))
+      config.fabrics[panel.fabric] = find_fabric(panel.fabric, folder).material;
 }
 
 SewingPattern turned_upright(SewingPattern pattern, UpAxis up) {
@@ -400,7 +448,12 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   check_poses(body, config.motion.poses);
   const detail::Deadline deadline(config.budget);
   DressResult result;
+  check_fabrics(pattern, config);
   result.strain_limit = config.fabric.strain_limit;
+  for (const PatternPanel& panel : pattern.panels)
+    if (!panel.fabric.empty())
+      result.strain_limit =
+          std::max(result.strain_limit, config.fabrics.at(panel.fabric).strain_limit);
   result.fabric_name = config.fabric_name;
   result.body_friction = config.body_friction;
   result.largest_drop = config.largest_drop;
@@ -416,6 +469,7 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
       detail::panel_places(start, result.panel_names.size(), neck_height(zones));
   const detail::Dressing dressing{result.body, config, methods, observer, deadline};
   detail::Garment garment = sewn(start, dressing, result);
+  close_up(garment, dressing, result);
   draw_and_settle(garment, start, places, dressing, result);
   // A cone or a table may lose what hands pull that hard.
   if (landmarks) draw_folds_out(garment, start, places, dressing, result);
@@ -430,6 +484,7 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
     detail::settle(garment, dressing, DressPhase::refine, result);
   }
   report_seams(garment, config, result);
+  report_elastics(garment, result);
   report_under(garment, result);
   report_drops(start, garment, places, result);
   report_garment(garment, body, result);

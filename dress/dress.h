@@ -8,6 +8,7 @@
 #include <selvedge/simulation/simulation.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <map>
@@ -21,12 +22,13 @@ namespace selvedge {
 /// The phases in which a garment is put on, in order.
 enum class DressPhase {
   sew,     ///< without weight: seams pull their sides together, and pairs that have met merge
+  close,   ///< the same with zips and buttons
   draw,    ///< without weight: each panel is pulled along its axis to its place
   settle,  ///< gravity and friction, until the garment is at rest
   refine,  ///< the same with smaller triangles
   move     ///< the body takes its poses, one after the other, and the garment follows
 };
-/// "sew", "draw", "settle", "refine", "move".
+/// "sew", "close", "draw", "settle", "refine", "move".
 const char* phase_name(DressPhase phase);
 
 /// Conditions under which a dressed garment counts as at rest. Speeds are those of the straight
@@ -62,6 +64,7 @@ struct WornGarment {
 struct DressConfig {
   /// Of the garment. The default is a knit with assumed constants: it stretches by up to 80 %.
   Material fabric{.density = 0.2, .stretch_stiffness = 500.0, .strain_limit = 0.8};
+  std::map<std::string, Material> fabrics{};  ///< of the panels that name one (find_fabrics)
   std::string fabric_name;    ///< by which find_fabric finds it; empty: the default. For the result
   double edge_length = 0.01;  ///< m, of the triangles of the finished garment
   /// m, of the mesh on which seams close; its triangles are then split into four until they have
@@ -103,6 +106,11 @@ struct DressConfig {
   std::vector<WornGarment> under;
 };
 
+/// Adds the fabrics that panels of a pattern name to `config`, as find_fabric finds them from
+/// `folder`. Throws std::invalid_argument where it does not find one.
+void find_fabrics(const SewingPattern& pattern, const std::filesystem::path& folder,
+                  DressConfig& config);
+
 /// A panel that was moved before the start because it crossed the body or another panel.
 struct MovedPanel {
   std::int32_t panel = 0;
@@ -117,9 +125,16 @@ struct SeamReport {
   double opening_start = 0.0;             ///< m, the largest distance of a pair at the start
   double opening_end = 0.0;               ///< m, the same at the end; 0 if all pairs are merged
   double opening_at_merge = 0.0;          ///< m, largest distance of a pair when it merged
-  std::size_t pairs = 0, merged = 0;
+  std::size_t pairs = 0, merged = 0;      ///< that are sewn, or joined by buttons
+  PatternStitch::Closure closure = PatternStitch::Closure::seam;
   /// Excess of the longer side, gathered or eased into the seam, over the shorter one.
   double ease() const;
+};
+
+/// An elastic as it lies at the end.
+struct ElasticReport {
+  std::string name;
+  double length = 0.0, rest = 0.0, worn = 0.0;  ///< m: of the flat cloth, its own at rest, as worn
 };
 
 /// The garment at one pose of the body.
@@ -177,6 +192,8 @@ struct GarmentOpening {
   Vec3 at = Vec3::Zero();          ///< m, its middle
   double length = 0.0;             ///< m, around it in the pattern
   std::vector<std::string> parts;  ///< "head", "left arm", "right leg"...; empty: nothing does
+  /// A hole in the cloth, such as a keyhole, out of which nothing has to come.
+  bool is_hole = false;
 };
 
 /// A panel that lies elsewhere on the body than its name or the pattern says.
@@ -212,6 +229,7 @@ struct DressResult {
   std::int64_t body_crossings = 0;   ///< pairs of triangles of garment and `body` that meet
   Vec3 origin_moved = Vec3::Zero();  ///< m, by which DressConfig::fit_origin moved the pattern
   std::vector<SeamReport> seams;
+  std::vector<ElasticReport> elastics;
   bool clean = false;    ///< no accepted state and no path between two has an intersection
   bool sewn = false;     ///< every pair of every stitch is one vertex, or nearer than edge/10
   bool at_rest = false;  ///< the rest criterion holds
@@ -219,7 +237,7 @@ struct DressResult {
   double energy_share = 0.0;                ///< as in RestCriterion
   double largest_opening = 0.0;             ///< m, of all seams at the end
   double max_stretch = 0.0;                 ///< of a spring, at the end
-  double strain_limit = 0.0;                ///< of the fabric
+  double strain_limit = 0.0;                ///< of the fabric, the largest of several
   double wearable_stretch = 0.0;            ///< DressConfig::wearable_stretch
   TightPlace tight;
   double folded = 0.0;               ///< share of the area that lies folded over itself
@@ -232,6 +250,7 @@ struct DressResult {
   /// head, arms, legs and feet.
   std::vector<GarmentOpening> openings;
   std::vector<WornFault> misworn;
+  bool is_upside_down = false;       ///< as the pattern places it
   std::vector<double> panel_turned;  ///< rad, of each panel, from where the pattern places it
   std::vector<FitZone> fit;          ///< where they were found on the body
   std::string fabric_name;           ///< DressConfig::fabric_name

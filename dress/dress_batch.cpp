@@ -111,7 +111,7 @@ bool row_from(const JsonValue<nlohmann::json>& json, DressBatchRow& row) {
   row.opening = json.number_or("largest_opening_m", 0.0);
   row.stretch = json.number_or("max_stretch", 0.0);
   if (json.has("seconds"))
-    for (const char* phase : {"start", "sew", "settle", "refine", "move"})
+    for (const char* phase : {"start", "sew", "close", "draw", "settle", "skin", "refine", "move"})
       row.seconds += json["seconds"].number_or(phase, 0.0);
   return true;
 }

@@ -12,6 +12,8 @@
 #include <selvedge/pictures/picture_files.h>
 #include <selvedge/pictures/renderer/internal/garment_views.h>
 #include <selvedge/run/frame_writer.h>
+#include <selvedge/run/internal/flat_texture.h>
+#include <selvedge/run/internal/part_colours.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/simulation/run_result.h>
 
@@ -188,6 +190,8 @@ class DressFolder {
   DressFolder(const DressFolderConfig& config, const TriangleMesh& body,
               const std::vector<WornGarment>& under)
       : config_(config), body_(body), under_(under) {
+    for (const std::string& name : config.pose_formats)
+      formats_.at(name);  // refuses an unknown one
     check_out(config.out);
     make(config.out);
     lock_.emplace(config.out, "dress");
@@ -221,6 +225,11 @@ class DressFolder {
     return observer;
   }
 
+  /// Completes the files of the motion.
+  void finish() {
+    for (const auto& other : motion_.others) other->finish();
+  }
+
   const std::vector<std::vector<Vec3>>& poses() const { return poses_; }  ///< m, of the garment
   const std::vector<Vec3>& last_cloth() const { return last_cloth_; }  ///< m, all, in the last pose
   const std::vector<Vec3>& last_body() const { return last_body_; }    ///< m, in the last pose
@@ -229,6 +238,7 @@ class DressFolder {
   /// Frames and steps of one folder.
   struct StateSeries {
     std::unique_ptr<FrameWriter> frames, steps;
+    std::vector<std::unique_ptr<FrameWriter>> others;  // of `pose_formats`
     int frame = 0, step = 0;
   };
 
@@ -242,15 +252,20 @@ class DressFolder {
 
   StateSeries& series_of(DressPhase phase) {
     if (phase != DressPhase::move) return dressing_;
-    if (!motion_.frames) open(motion_, config_.out / "motion");
+    if (!motion_.frames) {
+      open(motion_, config_.out / "motion");
+      for (const std::string& name : config_.pose_formats)
+        motion_.others.push_back(
+            make_method(formats_, name, "pose_formats", {}, config_.out / "motion"));
+    }
     return motion_;
   }
 
   void write_frame(StateSeries& series, const Simulation& now, double time) {
-    write(*series.frames, now, series.frame++, time);
+    write(*series.frames, series.others, now, series.frame++, time);
   }
   void write_step(StateSeries& series, const Simulation& now) {
-    write(*series.steps, now, series.step++, now.time());
+    write(*series.steps, {}, now, series.step++, now.time());
   }
 
   /// The cloth of a state. Garments below belong to it also while they rest as bodies do.
@@ -281,7 +296,19 @@ class DressFolder {
     return cloth;
   }
 
-  void write(FrameWriter& writer, const Simulation& now, int number, double time) const {
+  /// The garments of a moving body as pieces with their colours.
+  std::vector<FramePart> pieces_of(const Simulation& now) const {
+    const std::vector<std::int32_t>& begin = now.built().piece_begin;
+    std::vector<FramePart> pieces;
+    for (std::size_t p = 0; p + 1 < begin.size(); ++p)
+      pieces.push_back({p == 0 ? "garment" : "under_" + std::to_string(p - 1),
+                        static_cast<std::size_t>(begin[p]),
+                        static_cast<std::size_t>(begin[p + 1] - begin[p]), piece_dye(p).front});
+    return pieces;
+  }
+
+  void write(FrameWriter& writer, const std::vector<std::unique_ptr<FrameWriter>>& others,
+             const Simulation& now, int number, double time) const {
     ClothState cloth = cloth_of(now);
     std::vector<NamedValues> values = {
         {"vx", {}}, {"vy", {}}, {"vz", {}}, {"flag", std::move(cloth.flags), true}};
@@ -298,8 +325,20 @@ class DressFolder {
     if (number == 0 || now.bodies_move())
       frame.bodies = std::span(now.body_positions()).first(body_.vertices.size());
     writer.write(frame);
+    if (others.empty()) return;
+    const std::vector<FramePart> pieces = pieces_of(now);
+    const std::array<FramePart, 1> bodies = {{{"body", 0, body_.vertices.size(), body_colour()}}};
+    const auto texture = flat_texture(now.built());
+    frame.pieces = pieces;
+    frame.body_parts = bodies;
+    frame.texture = texture;
+    for (const auto& other : others) {
+      other->write(frame);
+      other->update_series();
+    }
   }
 
+  const FrameFormatRegistry formats_ = frame_formats();
   const DressFolderConfig& config_;
   const TriangleMesh& body_;
   const std::vector<WornGarment>& under_;
@@ -311,168 +350,6 @@ class DressFolder {
 
 std::string pose_name(const DressFolderConfig& folder, std::size_t pose) {
   return pose < folder.pose_names.size() ? folder.pose_names[pose] : fmt::format("{:04}", pose);
-}
-
-Json seam_json(const SeamReport& seam) {
-  return {{"name", seam.name},
-          {"length_a_m", seam.length_a},
-          {"length_b_m", seam.length_b},
-          {"ease", seam.ease()},
-          {"length_worn_m", seam.length_end},
-          {"pairs", seam.pairs},
-          {"merged_pairs", seam.merged},
-          {"opening_start_m", seam.opening_start},
-          {"opening_at_merge_m", seam.opening_at_merge},
-          {"opening_end_m", seam.opening_end}};
-}
-
-Json panel_json(const DressResult& result, std::size_t p) {
-  Vec3 by = Vec3::Zero();
-  for (const MovedPanel& moved : result.moved)
-    if (moved.panel == static_cast<std::int32_t>(p)) by = moved.by;
-  Json json = {{"name", result.panel_names[p]},
-               {"moved_at_start_m", by.norm()},
-               {"drop_m", result.panel_drop[p]},
-               {"folded_share", result.panel_folded[p]}};
-  if (!result.panel_turned.empty()) json["turned_rad"] = result.panel_turned[p];
-  return json;
-}
-
-/// The openings; places are in metres, z up, as in frames/.
-Json openings_json(const DressResult& r) {
-  Json list = Json::array();
-  for (const GarmentOpening& opening : r.openings)
-    list.push_back({{"panel", r.panel_names[static_cast<std::size_t>(opening.panel)]},
-                    {"at_m", {opening.at.x(), opening.at.y(), opening.at.z()}},
-                    {"around_m", opening.length},
-                    {"parts", opening.parts}});
-  return list;
-}
-
-Json under_json(const DressResult& result) {
-  Json list = Json::array();
-  for (std::size_t k = 0; k < result.under.size(); ++k) {
-    const UnderReport& under = result.under[k];
-    const WornGarment& worn = under.garment;
-    list.push_back({{"name", worn.name},
-                    {"file", under_file(k)},
-                    {"fabric", worn.fabric_name},
-                    {"strain_limit", worn.fabric.strain_limit},
-                    {"max_stretch", under.max_stretch},
-                    {"drop_m", under.drop},
-                    {"body_friction", worn.body_friction},
-                    {"outer_friction", worn.outer_friction}});
-  }
-  return list;
-}
-
-Json motion_json(const DressResult& result) {
-  Json poses = Json::array();
-  for (const PoseReport& pose : result.poses)
-    poses.push_back({{"time_s", pose.time},
-                     {"max_stretch", pose.max_stretch},
-                     {"drop_m", pose.drop},
-                     {"flagged_vertices", pose.flagged}});
-  return {{"poses", poses}, {"fault", result.motion_fault}, {"jams", result.jams}};
-}
-
-/// The sums of "sew/solve" and the like by phase of a step.
-Json seconds_json(const DressResult& result) {
-  Json seconds = Json::object();
-  for (const auto& [phase, s] : result.seconds) seconds[phase] = s;
-  return seconds;
-}
-
-/// The most stretched place; places are in metres, z up, as in frames/.
-Json tight_json(const DressResult& r) {
-  const TightPlace& tight = r.tight;
-  if (tight.panel < 0) return nullptr;
-  return {{"panel", r.panel_names[static_cast<std::size_t>(tight.panel)]},
-          {"at_m", {tight.at.x(), tight.at.y(), tight.at.z()}},
-          {"strain", tight.strain},
-          {"area_share", tight.area_share},
-          {"cloth_around_m", tight.cloth},
-          {"body_around_m", tight.body}};
-}
-
-/// The fit report; places are in metres, z up, as in frames/.
-Json fit_json(const DressResult& r) {
-  Json list = Json::array();
-  for (const FitZone& zone : r.fit) {
-    Json json = {{"zone", zone.name},
-                 {"at_m", {zone.at.x(), zone.at.y(), zone.at.z()}},
-                 {"normal", {zone.normal.x(), zone.normal.y(), zone.normal.z()}},
-                 {"body_girth_m", zone.body},
-                 {"garment_girth_m", zone.cloth},
-                 {"worn_girth_m", zone.worn},
-                 {"closed", zone.is_closed},
-                 {"strain", zone.strain},
-                 {"largest_strain", zone.strain_max},
-                 {"pressure_Pa", zone.pressure},
-                 {"largest_pressure_Pa", zone.pressure_max}};
-    if (zone.is_closed) json["ease_m"] = zone.ease();
-    list.push_back(std::move(json));
-  }
-  return list;
-}
-
-Json result_json(const std::string& pattern, const DressResult& r, const std::string& body_name) {
-  Json json = {{kMarker, "finished"},
-               {"pattern", pattern},
-               {"body", body_name},
-               {"verdict", r.verdict()},
-               {"worn", r.worn()},
-               {"good", r.good()},
-               {"clean", r.clean},
-               {"sewn", r.sewn},
-               {"at_rest", r.at_rest},
-               {"rms_speed_m_per_s", r.rms_speed},
-               {"max_speed_m_per_s", r.max_speed},
-               {"energy_share", r.energy_share},
-               {"largest_opening_m", r.largest_opening},
-               {"max_stretch", r.max_stretch},
-               {"strain_limit", r.strain_limit},
-               {"wearable_stretch", r.wearable_stretch},
-               {"folded_share", r.folded},
-               {"fabric", r.fabric_name},
-               {"body_friction", r.body_friction},
-               {"drop_m", r.drop},
-               {"body_vertices_moved_back", r.body_moved},
-               {"body_moved_back_m", r.body_moved_by},
-               {"body_crossings", r.body_crossings},
-               {"unmerged_pairs", r.open_pairs()},
-               {"states_judged", r.states},
-               {"sewing_attempts", r.attempts},
-               {"flagged_vertices", std::count_if(r.flags.begin(), r.flags.end(),
-                                                  [](std::uint8_t flag) { return flag != 0; })},
-               {"vertices", r.garment.vertices.size()},
-               {"triangles", r.garment.triangles.size()},
-               {"simulated_sew_s", r.sew_time},
-               {"simulated_settle_s", r.settle_time},
-               {"held_vertices", r.held},
-               {"held_s", r.held_time},
-               {"state_hash", r.state_hash}};
-  json["strain_scale_top"] = strain_scale(r).top;
-  json["pressure_scale_top_Pa"] = pressure_scale(r).top;
-  json["tight"] = tight_json(r);
-  if (r.asymmetry >= 0.0) json["asymmetry_m"] = r.asymmetry;
-  json["openings"] = openings_json(r);
-  json["fit"] = fit_json(r);
-  json["skin_back"] = Json::array();
-  for (const SkinPlace& place : r.skin)
-    json["skin_back"].push_back({{"at_m", {place.at.x(), place.at.y(), place.at.z()}},
-                                 {"by_m", place.by},
-                                 {"vertices", place.vertices}});
-  json["pattern_moved_m"] = {r.origin_moved.x(), r.origin_moved.y(), r.origin_moved.z()};
-  json["panels"] = Json::array();
-  for (std::size_t p = 0; p < r.panel_names.size(); ++p) json["panels"].push_back(panel_json(r, p));
-  json["seams"] = Json::array();
-  for (const SeamReport& seam : r.seams) json["seams"].push_back(seam_json(seam));
-  if (!r.under.empty()) json["under"] = under_json(r);
-  if (!r.poses.empty() || !r.motion_fault.empty()) json["motion"] = motion_json(r);
-  json["seconds"] = seconds_json(r);
-  json["notes"] = r.notes;
-  return json;
 }
 
 std::string text_of(const Json& json) {
@@ -533,18 +410,16 @@ void write_poses(const DressFolderConfig& folder, const DressResult& result,
 
 }  // namespace
 
-std::string dress_result_text(const std::string& pattern_name, const DressResult& result,
-                              const std::string& body_name) {
-  return text_of(result_json(pattern_name, result, body_name));
-}
-
 DressResult dress_into_folder(const SewingPattern& pattern, const TriangleMesh& body,
                               const DressConfig& config, const DressFolderConfig& folder,
                               const Methods& methods) {
+  DressConfig with_fabrics = config;
+  find_fabrics(pattern, fs::path(pattern.name).parent_path(), with_fabrics);
   DressFolder files(folder, body, config.under);
   try {
-    DressResult result = dress(pattern, body, config, methods, files.observer());
+    DressResult result = dress(pattern, body, with_fabrics, methods, files.observer());
     const Stopwatch output;
+    files.finish();
     write_garment_obj(folder.out / "garment.obj", result, result.garment.vertices,
                       folder.body_file);
     write_garment_ply(folder.out / "garment.ply", result, folder.body_file);

@@ -29,7 +29,8 @@ namespace selvedge {
 ///                             garment.obj without groups
 ///   poses/NAME.obj            of a moving body: the garment at each pose, as garment.obj; with
 ///                             pictures/last_pose_front.png, last_pose_back.png
-///   motion/frames, motion/steps    the motion through the poses, with the body in each frame
+///   motion/frames, motion/steps    the motion through the poses, with the body in each frame, and
+///                             files of `pose_formats`, of which each has garments and body as pieces
 // clang-format on
 struct DressFolderConfig {
   std::filesystem::path out;  ///< made if missing; refused if it holds anything else
@@ -37,11 +38,13 @@ struct DressFolderConfig {
   bool pictures = true;
   /// Axes and unit of garment.obj and garment.ply: those of the body's file.
   LoadConfig body_file{.up = UpAxis::y};
-  std::string body_name;                ///< for result.json
-  std::vector<std::string> pose_names;  ///< of the files in poses/; missing ones are numbers
+  std::string body_name;                  ///< for result.json
+  std::vector<std::string> pose_names;    ///< of the files in poses/; missing ones are numbers
+  std::vector<std::string> pose_formats;  ///< of the motion beside PLY, names of frame_formats()
 };
 
-/// Puts a garment on a body as `dress` does, and writes the folder. If the garment cannot be put
+/// Puts a garment on a body as `dress` does, and writes the folder. Fabrics that panels name are
+/// found as seen from the folder of the pattern's file, its name. If the garment cannot be put
 /// on, result.json gives the reason, and the function throws DressFailed. Throws
 /// std::invalid_argument for a folder that cannot be used, and std::runtime_error for a file that
 /// cannot be written.

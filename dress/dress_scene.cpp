@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -55,8 +56,136 @@ SeamSpec seam_spec(std::span<const Edge> pairs, double tension, double reach, do
   return spec;
 }
 
-ClothMesh make_cloth(const Garment& garment, const Material& fabric) {
-  return make_from_pattern(garment.surface, garment.flat, fabric);
+/// The warp of a fabric runs along x of a flat mesh, and along y of a panel.
+Material along_panel(Material fabric) {
+  if (fabric.stretch_weft) std::swap(fabric.stretch_stiffness, *fabric.stretch_weft);
+  if (fabric.bending_weft) std::swap(fabric.bending_stiffness, *fabric.bending_weft);
+  if (!fabric.tension_weft.empty()) std::swap(fabric.tension_curve, fabric.tension_weft);
+  if (!fabric.bending_curve_weft.empty())
+    std::swap(fabric.bending_curve, fabric.bending_curve_weft);
+  return fabric;
+}
+
+/// The fabrics of a garment, that of panels without one of their own first, and which one each
+/// triangle has.
+struct Fabrics {
+  std::vector<Material> list;
+  std::vector<std::int32_t> of_triangle;
+};
+
+Fabrics fabrics_of(const Garment& garment, const DressConfig& config, double bending) {
+  Fabrics fabrics{{config.fabric}, {}};
+  std::map<std::string, std::int32_t> number = {{"", 0}};
+  for (const std::string& name : garment.panel_fabrics) {
+    const auto [at, is_new] =
+        number.try_emplace(name, static_cast<std::int32_t>(fabrics.list.size()));
+    if (is_new) fabrics.list.push_back(config.fabrics.at(name));
+  }
+  for (Material& fabric : fabrics.list) {
+    fabric = along_panel(fabric);
+    fabric.bending_stiffness *= bending;
+    if (fabric.bending_weft) *fabric.bending_weft *= bending;
+  }
+  for (const std::int32_t panel : garment.panel_of_triangle)
+    fabrics.of_triangle.push_back(
+        number.at(garment.panel_fabrics[static_cast<std::size_t>(panel)]));
+  return fabrics;
+}
+
+/// A hinge on a fold line, by its index, and its length in the flat pattern, m.
+struct FoldHinge {
+  std::size_t hinge = 0;
+  double length = 0.0;
+};
+
+/// The hinges of the flat pieces that lie along a row of vertices.
+std::vector<FoldHinge> hinges_along(const Garment& garment, const ClothMesh& cloth,
+                                    const std::vector<std::int32_t>& row) {
+  std::set<Edge> along;
+  for (std::size_t i = 1; i < row.size(); ++i)
+    along.insert({std::min(row[i - 1], row[i]), std::max(row[i - 1], row[i])});
+  struct Side {
+    std::set<std::int32_t> opposite;
+    double length = 0.0;
+  };
+  std::map<Edge, Side> sides;  // of each edge on the surface
+  for (const Triangle& t : garment.flat.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = t[k], b = t[(k + 1) % 3];
+      if (!along.contains({std::min(a, b), std::max(a, b)})) continue;
+      const std::int32_t u = garment.corner[a], v = garment.corner[b];
+      Side& side = sides[{std::min(u, v), std::max(u, v)}];
+      side.opposite.insert(garment.corner[t[(k + 2) % 3]]);
+      side.length = (garment.flat.vertices[b] - garment.flat.vertices[a]).norm();
+    }
+  std::vector<FoldHinge> found;
+  for (std::size_t h = 0; h < cloth.hinges.size(); ++h) {
+    const auto& v = cloth.hinges[h].v;
+    const auto at = sides.find({std::min(v[2], v[3]), std::max(v[2], v[3])});
+    if (at == sides.end()) continue;
+    const Side& side = at->second;
+    if (side.opposite.contains(v[0]) && side.opposite.contains(v[1]))
+      found.push_back({h, side.length});
+  }
+  return found;
+}
+
+/// Sets the rest angles along fold lines, and adds hinges that hold them.
+void add_folds(const Garment& garment, const Material& fabric, ClothMesh& cloth) {
+  for (const DividedFold& fold : garment.folds)
+    for (const auto& [h, length] : hinges_along(garment, cloth, fold.vertices)) {
+      // The angle of a hinge is positive where the outer sides come together.
+      cloth.hinges[h].rest_angle = -fold.angle;
+      Hinge crease = cloth.hinges[h];
+      crease.stiffness = fold.stiffness * length;
+      crease.damping = fabric.bending_damping;
+      crease.sine = false;
+      cloth.hinges.push_back(crease);
+    }
+}
+
+/// Share of the stiffness of cloth along an elastic that remains: its gathers are finer than the
+/// mesh, so that it gives way until it is flat. Its strain limit stays.
+constexpr double kGathered = 0.05;
+
+/// Springs without a strain limit, along the elastics, in place of the cloth there.
+void add_elastics(const Garment& garment, const Material& fabric, ClothMesh& cloth) {
+  if (garment.elastics.empty()) return;
+  constexpr double none = StrainLimitOfSpring::kDefault;
+  cloth.strain_limit.resize(cloth.springs.size(), none);
+  std::set<Edge> gathered;
+  for (const DividedElastic& elastic : garment.elastics)
+    for (std::size_t i = 1; i < elastic.vertices.size(); ++i) {
+      const std::int32_t u = garment.corner[elastic.vertices[i - 1]],
+                         v = garment.corner[elastic.vertices[i]];
+      gathered.insert({std::min(u, v), std::max(u, v)});
+    }
+  for (Spring& spring : cloth.springs)
+    if (gathered.contains({std::min(spring.a, spring.b), std::max(spring.a, spring.b)}))
+      spring.stiffness *= kGathered;
+  for (const DividedElastic& elastic : garment.elastics)
+    for (std::size_t i = 1; i < elastic.vertices.size(); ++i) {
+      const std::int32_t u = elastic.vertices[i - 1], v = elastic.vertices[i];
+      if (garment.corner[u] == garment.corner[v]) continue;
+      const double rest =
+          elastic.elastic.ratio * (garment.flat.vertices[v] - garment.flat.vertices[u]).norm();
+      cloth.springs.push_back({garment.corner[u], garment.corner[v], rest,
+                               elastic.elastic.stiffness / rest, fabric.spring_damping});
+      cloth.strain_limit.push_back(none);
+      if (!cloth.curve_of_spring.empty()) cloth.curve_of_spring.push_back(-1);
+    }
+}
+
+ClothMesh make_cloth(const Garment& garment, const DressConfig& config,
+                     const PhaseSettings& settings) {
+  const Fabrics fabrics = fabrics_of(garment, config, settings.bending);
+  ClothMesh cloth =
+      fabrics.list.size() == 1
+          ? make_from_pattern(garment.surface, garment.flat, fabrics.list[0])
+          : make_from_pattern(garment.surface, garment.flat, fabrics.list, fabrics.of_triangle);
+  add_folds(garment, config.fabric, cloth);
+  if (settings.with_elastics) add_elastics(garment, config.fabric, cloth);
+  return cloth;
 }
 
 std::string layer_name(std::size_t k) { return fmt::format("under_{}", k); }
@@ -153,7 +282,9 @@ bool Garment::is_chosen(std::size_t s, SeamChoice choice) const {
 
 std::vector<Edge> Garment::open_pairs(std::size_t s) const {
   std::vector<Edge> pairs;
+  if (stitches[s].closes_last && !is_closing) return pairs;
   for (std::size_t i = 0; i < stitches[s].a.size(); ++i) {
+    if (!stitches[s].is_joined.empty() && !stitches[s].is_joined[i]) continue;
     const std::int32_t a = corner[stitches[s].a[i]], b = corner[stitches[s].b[i]];
     if (a != b) pairs.push_back({a, b});
   }
@@ -164,6 +295,12 @@ std::size_t Garment::open_pairs() const {
   std::size_t sum = 0;
   for (std::size_t s = 0; s < stitches.size(); ++s) sum += open_pairs(s).size();
   return sum;
+}
+
+std::size_t Garment::pairs(std::size_t s) const {
+  const std::vector<char>& joined = stitches[s].is_joined;
+  return joined.empty() ? stitches[s].a.size()
+                        : static_cast<std::size_t>(std::count(joined.begin(), joined.end(), 1));
 }
 
 double Garment::opening(std::size_t s) const {
@@ -202,6 +339,9 @@ Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> unde
   std::iota(garment.corner.begin(), garment.corner.end(), 0);
   garment.panel_of_triangle = mesh.panel_of_triangle;
   garment.mirrored = mesh.mirrored;
+  garment.folds = mesh.folds;
+  garment.elastics = mesh.elastics;
+  garment.panel_fabrics = mesh.panel_fabrics;
   for (const GarmentMesh::Stitch& stitch : mesh.stitches) {
     const auto pieces = static_cast<double>(std::max<std::size_t>(2, stitch.a.size()) - 1);
     const auto [shorter, longer] = std::minmax(stitch.length_a, stitch.length_b);
@@ -209,7 +349,12 @@ Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> unde
     for (std::size_t i = 0; i < stitch.a.size(); ++i)
       span += (mesh.placed[stitch.b[i]] - mesh.placed[stitch.a[i]]).norm();
     garment.stitches.push_back({stitch.a, stitch.b, longer / pieces, longer / shorter - 1.0,
-                                span / static_cast<double>(stitch.a.size())});
+                                span / static_cast<double>(stitch.a.size()),
+                                stitch.closure != PatternStitch::Closure::seam});
+    if (stitch.closure != PatternStitch::Closure::buttons) continue;
+    std::vector<char>& joined = garment.stitches.back().is_joined;
+    joined.assign(stitch.a.size(), 0);
+    for (const std::int32_t pair : stitch.buttons) joined[static_cast<std::size_t>(pair)] = 1;
   }
   for (std::size_t p = 0; p < mesh.edge_vertices.size(); ++p)
     for (std::size_t e = 0; e < mesh.edge_vertices[p].size(); ++e)
@@ -263,7 +408,7 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
     }
   }
   made.built = build_scene(scene, [&](std::size_t piece) {
-    if (piece == 0) return Piece{make_cloth(garment, fabric), garment.flat};
+    if (piece == 0) return Piece{make_cloth(garment, config, settings), garment.flat};
     return layer_piece(garment.under[piece - 1]);
   });
   made.built.velocity = garment.velocity;
@@ -367,8 +512,12 @@ double max_stretch(const Simulation& simulation, std::size_t piece) {
   const BuiltScene& built = simulation.built();
   const std::int32_t begin = built.piece_begin[piece], end = built.piece_begin[piece + 1];
   std::vector<Spring> springs;
-  for (const Spring& spring : built.cloth.springs)
-    if (begin <= spring.a && spring.a < end) springs.push_back(spring);
+  for (std::size_t i = 0; i < built.cloth.springs.size(); ++i) {
+    const Spring& spring = built.cloth.springs[i];
+    const bool is_elastic = !built.cloth.strain_limit.empty() &&
+                            built.cloth.strain_limit[i] == StrainLimitOfSpring::kDefault;
+    if (begin <= spring.a && spring.a < end && !is_elastic) springs.push_back(spring);
+  }
   return spring_strains(springs, simulation.positions()).max;
 }
 

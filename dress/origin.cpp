@@ -17,6 +17,8 @@
 namespace selvedge::detail {
 namespace {
 
+constexpr double kUpsideDown = -0.5;  // mean height of what should point up
+
 constexpr double kPelvis = 0.676;    // height of the pelvis, of that of the body (SMPL)
 constexpr double kCentred = 0.1;     // m, of the middle of a body from an origin below it
 constexpr double kSamples = 2000.0;  // points of each that are compared
@@ -79,6 +81,23 @@ Vec3 middle_of(const PatternPanel& panel) {
   Vec3 sum = Vec3::Zero();
   for (const Vec2& x : panel.vertices) sum += place_point(panel, x);
   return sum / static_cast<double>(panel.vertices.size());
+}
+
+/// The direction of each panel of trunk and legs that `arrange` turns up: its height as it stands,
+/// by area, in [-1, 1].
+double mean_up(const SewingPattern& pattern, const Arrangement& arranged) {
+  using Part = PanelRole::Part;
+  double sum = 0.0, all = 0.0;
+  for (std::size_t p = 0; p < arranged.roles.size(); ++p) {
+    const Part part = arranged.roles[p].part;
+    if (part != Part::torso && part != Part::skirt && part != Part::leg) continue;
+    Vec3 up = arranged.pattern.panels[p].rotation.transpose() * Vec3::UnitZ();
+    up.z() = 0.0;
+    const double area = std::abs(panel_area(pattern.panels[p])) * up.norm();
+    all += area;
+    if (area > 0.0) sum += area * (pattern.panels[p].rotation * up.normalized()).z();
+  }
+  return all > 0.0 ? sum / all : 1.0;
 }
 
 }  // namespace
@@ -154,6 +173,7 @@ PatternStand stand_of(const SewingPattern& pattern, const TriangleMesh& body,
     off -= off.dot(landmarks.forward) * landmarks.forward;
     stand.sleeves = std::max(stand.sleeves, off.norm());
   }
+  stand.is_upside_down = mean_up(pattern, arranged) < kUpsideDown;
   stand.arranged = std::move(arranged.pattern);
   return stand;
 }

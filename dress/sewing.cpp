@@ -36,8 +36,10 @@ constexpr double kEnclosing = 0.1;
 
 class Sewing {
  public:
-  Sewing(Garment& garment, const Dressing& dressing, const SewAttempt& attempt, DressResult& result)
+  Sewing(Garment& garment, const Dressing& dressing, DressPhase phase, const SewAttempt& attempt,
+         DressResult& result)
       : garment_(garment),
+        phase_(phase),
         dressing_(dressing),
         config_(dressing.config),
         result_(result),
@@ -61,7 +63,7 @@ class Sewing {
     }
     merge();
     take_state(*simulation_, garment_);
-    add_run(*simulation_, "sew", result_);
+    add_run(*simulation_, phase_name(phase_), result_);
     return_to_best();
     if (garment_.largest_opening() > config_.sewing_edge_length) refuse_open_seam();
   }
@@ -74,13 +76,14 @@ class Sewing {
                                  .bending = releases_ > 0 ? kReleaseBending : 1.0,
                                  .merge = merge_share_,
                                  .limit_strain = false,
+                                 .with_elastics = false,
                                  .hold_under = true,
                                  .seams = stage()};
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
     simulation_ = start_simulation(*scene_, dressing_);
     frame_of_simulation_ = 0;
-    if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, DressPhase::sew);
+    if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, phase_);
   }
 
   SeamChoice stage() const { return stages_[stage_]; }
@@ -124,12 +127,12 @@ class Sewing {
 
   void note_start() {
     for (std::size_t s = 0; s < garment_.stitches.size(); ++s)
-      result_.seams[s].opening_start = garment_.opening(s);
+      result_.seams[s].opening_start =
+          std::max(result_.seams[s].opening_start, garment_.opening(s));
   }
 
   void show() {
-    if (dressing_.observer.frame)
-      dressing_.observer.frame(*simulation_, DressPhase::sew, result_.sew_time);
+    if (dressing_.observer.frame) dressing_.observer.frame(*simulation_, phase_, result_.sew_time);
   }
 
   void make_frame() {
@@ -137,7 +140,7 @@ class Sewing {
     ++frame_of_simulation_;
     try {
       simulation_->advance_to_frame(frame_of_simulation_, [&](double) {
-        if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, DressPhase::sew);
+        if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, phase_);
       });
     } catch (const SimulationFailed& failure) {
       throw DressFailed(fmt::format("while seams close: {}", failure.what()));
@@ -170,7 +173,7 @@ class Sewing {
 
   /// Goes on with the garment as it is now.
   void reopen() {
-    add_run(*simulation_, "sew", result_);
+    add_run(*simulation_, phase_name(phase_), result_);
     open();
   }
 
@@ -246,6 +249,7 @@ class Sewing {
   }
 
   Garment& garment_;
+  DressPhase phase_;
   const Dressing& dressing_;
   const DressConfig& config_;
   DressResult& result_;
@@ -268,9 +272,9 @@ class Sewing {
 
 }  // namespace
 
-void sew(Garment& garment, const Dressing& dressing, const SewAttempt& attempt,
+void sew(Garment& garment, const Dressing& dressing, DressPhase phase, const SewAttempt& attempt,
          DressResult& result) {
-  Sewing(garment, dressing, attempt, result).run();
+  Sewing(garment, dressing, phase, attempt, result).run();
 }
 
 }  // namespace selvedge::detail

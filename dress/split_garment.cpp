@@ -92,7 +92,16 @@ void split_garment(const SewingPattern& pattern, Garment& garment) {
     stitch.a = divided(stitch.a, flat_middles);
     stitch.b = divided(stitch.b, flat_middles);
     stitch.spacing *= 0.5;
+    std::vector<char> joined;  // no button is between two old pairs
+    for (std::size_t i = 0; i < stitch.is_joined.size(); ++i) {
+      if (i > 0) joined.push_back(0);
+      joined.push_back(stitch.is_joined[i]);
+    }
+    stitch.is_joined = std::move(joined);
   }
+  for (DividedFold& fold : garment.folds) fold.vertices = divided(fold.vertices, flat_middles);
+  for (DividedElastic& elastic : garment.elastics)
+    elastic.vertices = divided(elastic.vertices, flat_middles);
   for (DividedEdge& border : garment.borders) {
     border.vertices = divided(border.vertices, flat_middles);
     bend(pattern, border, garment.mirrored[static_cast<std::size_t>(border.panel)] != 0,

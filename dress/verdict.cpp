@@ -72,11 +72,15 @@ std::string misplaced(const DressResult& r) {
 std::string empty_opening(const DressResult& r) {
   std::string all;
   for (const GarmentOpening& opening : r.openings)
-    if (opening.parts.empty())
+    if (opening.parts.empty() && !opening.is_hole)
       all += fmt::format("{}{} ({:.2f} m around)", all.empty() ? "" : " and of ",
                          panel_name(r, opening.panel), opening.length);
   if (all.empty()) return "";
   return "no head, arm or leg comes out of the opening of " + all;
+}
+
+std::string upside_down(const DressResult& r) {
+  return r.is_upside_down ? "upside down, as the pattern places it" : "";
 }
 
 /// Panels that lie elsewhere than their names say.
@@ -175,8 +179,9 @@ std::string DressResult::fault() const {
 
 std::string DressResult::reservation() const {
   std::string all;
-  for (const auto& reason : {empty_opening, elsewhere, turned, too_small, misplaced, folded_over,
-                             one_sided, too_stretched, under_reservation, pose_reservation})
+  for (const auto& reason :
+       {upside_down, empty_opening, elsewhere, turned, too_small, misplaced, folded_over, one_sided,
+        too_stretched, under_reservation, pose_reservation})
     if (const std::string sentence = reason(*this); !sentence.empty())
       all += (all.empty() ? "" : "; ") + sentence;
   return all;

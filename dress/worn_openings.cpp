@@ -28,6 +28,9 @@ constexpr double kBeyondFace = 0.3;              // m, from the middle of the he
 constexpr std::array kFace = {0.25, 0.4, 0.55};  // of the way from the neck to the top: the face
 constexpr double kBelowFoot = 0.2;               // m, from the ankle
 constexpr double kLeastOpening = 0.15;           // m around; no hand passes through a smaller one
+/// Total turn of a border along its cloth, below which it is a hole in it, rad. A hole in a plane
+/// has -360 degrees, one on a shoulder less, the end of a tube 0, the armhole of two panels -180.
+constexpr double kHole = -1.25 * std::numbers::pi;
 constexpr double kFaces = 0.3;  // mean cosine at which a panel lies on a side of the body
 
 /// Six times the volume of a tetrahedron.
@@ -96,6 +99,10 @@ class Openings {
         sum += a / 3.0 * worn.surface.vertices[v];
       area += a;
     }
+    turned_.assign(worn.surface.vertices.size(), std::numbers::pi);
+    for (std::size_t i = 0; i < worn.flat.triangles.size(); ++i)
+      for (int k = 0; k < 3; ++k)
+        turned_[worn.surface.triangles[i][k]] -= angle_at(worn.flat, i, k);
     ends_ = body_ends(landmarks, area > 0.0 ? Vec3(sum / area) : Vec3::Zero());
   }
 
@@ -106,21 +113,52 @@ class Openings {
       if (has_left_hood(loop)) result_.misworn.push_back({WornFault::Kind::hood, opening.panel});
       result_.openings.push_back(opening);
     }
+    find_holes();
     find_faces();
     find_turns();
   }
 
  private:
+  /// Of a triangle at its corner k, rad.
+  static double angle_at(const TriangleMesh& flat, std::size_t i, int k) {
+    const Triangle& t = flat.triangles[i];
+    const Vec3 u = flat.vertices[t[(k + 1) % 3]] - flat.vertices[t[k]],
+               v = flat.vertices[t[(k + 2) % 3]] - flat.vertices[t[k]];
+    return elementary::atan2(u.cross(v).norm(), u.dot(v));
+  }
+
+  /// Empty openings that are holes in the cloth. Head or arms must have come out of their own: the
+  /// neck of a garment beside the body turns as a hole does.
+  void find_holes() {
+    const auto leads = [](const GarmentOpening& opening, const std::string& end) {
+      return std::any_of(opening.parts.begin(), opening.parts.end(), [&](const std::string& part) {
+        return part.size() >= end.size() &&
+               part.compare(part.size() - end.size(), end.size(), end) == 0;
+      });
+    };
+    bool has_head = false;
+    int arms = 0;
+    for (const GarmentOpening& opening : result_.openings) {
+      has_head = has_head || (leads(opening, "head") && !leads(opening, "leg"));
+      arms += opening.parts.size() == 1 && leads(opening, "arm") ? 1 : 0;
+    }
+    for (GarmentOpening& opening : result_.openings)
+      opening.is_hole = opening.is_hole && opening.parts.empty() && (has_head || arms == 2);
+  }
+
   GarmentOpening opening_of(const BorderLoop& loop) const {
     GarmentOpening opening;
     std::map<std::int32_t, double> of_panel;
+    double turn = 0.0;
     for (const auto& [t, k] : loop) {
       const Triangle& flat = worn_.flat.triangles[t];
       const double length =
           (worn_.flat.vertices[flat[(k + 1) % 3]] - worn_.flat.vertices[flat[k]]).norm();
       opening.length += length;
       of_panel[worn_.panel_of_triangle[t]] += length;
+      turn += turned_[worn_.surface.triangles[t][k]];
     }
+    opening.is_hole = turn < kHole;
     double most = 0.0;
     for (const auto& [panel, length] : of_panel)
       if (length > most) most = length, opening.panel = panel;
@@ -217,12 +255,17 @@ class Openings {
       result_.panel_turned.push_back(
           elementary::acos(std::clamp(0.5 * (turn.trace() - 1.0), -1.0, 1.0)));
     }
+    // One that has turned over while it was put on hangs well.
+    if (std::all_of(result_.panel_turned.begin(), result_.panel_turned.end(),
+                    [](double angle) { return angle > 0.5 * std::numbers::pi; }))
+      result_.is_upside_down = false;
   }
 
   const Garment &start_, &worn_;
   const BodyLandmarks& marks_;
   DressResult& result_;
   std::vector<BodyEnd> ends_;
+  std::vector<double> turned_;  // rad, of each vertex of the surface: π less the angles around it
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -72,9 +73,14 @@ class Sewer {
     const auto n = edges_of(panel);
     std::vector<Corner>&own = own_.emplace_back(n, Corner{-1, -1}),
     &other = other_.emplace_back(n, Corner{-1, -1});
+    const auto lines = static_cast<std::int32_t>(panel.lines.size());
+    std::vector<Corner>&own_line = own_line_.emplace_back(),
+    &other_line = other_line_.emplace_back(lines, Corner{-1, -1});
     const auto first = static_cast<std::int32_t>(sewn_.panels.size());
+    for (std::int32_t l = 0; l < lines; ++l) own_line.push_back({first, l});
     if (drawn.fold >= 0) {
       open_fold(panel, drawn.fold, own, other);
+      mirror_lines(panel, drawn.panel, drawn.fold, other_line);
       sewn_.panels.push_back(std::move(panel));
     } else {
       for (std::int32_t e = 0; e < n; ++e) own[e] = {first, e};
@@ -82,6 +88,7 @@ class Sewer {
         PatternPanel twin = twin_of(panel);
         twin.name += drawn.is_right ? ".left" : ".right";
         for (std::int32_t e = 0; e < n; ++e) other[e] = {first + 1, n - 1 - e};
+        for (std::int32_t l = 0; l < lines; ++l) other_line[l] = {first + 1, l};
         panel.name += drawn.is_right ? ".right" : ".left";
         sewn_.panels.push_back(std::move(panel));
         sewn_.panels.push_back(std::move(twin));
@@ -89,6 +96,8 @@ class Sewer {
         sewn_.panels.push_back(std::move(panel));
       }
     }
+    for (std::int32_t e = 0; e < n && !drawn.is_taken_up.empty(); ++e)
+      if (drawn.is_taken_up[e]) taken_up_.insert({own[e], other[e]});
     for (const PatternNotch& notch : drawn.notches) {
       if (notch.edge < 0 || notch.edge >= n || !(notch.at >= 0.0 && notch.at <= 1.0))
         refuse(
@@ -153,6 +162,33 @@ class Sewer {
     panel = std::move(whole);
   }
 
+  /// The mirror images of the lines of a piece on a fold, which `whole` is already. A line from
+  /// fold to fold is its own image.
+  void mirror_lines(PatternPanel& whole, const PatternPanel& half, std::int32_t fold,
+                    std::vector<Corner>& other) const {
+    const auto [a, b] = half.edges[fold].endpoints;
+    const Mirror mirror = mirror_across(whole.vertices[a], whole.vertices[b]);
+    const auto image_of = [&](std::int32_t v) {
+      if (v == a || v == b) return v;
+      const Vec2 wanted = mirror.of(whole.vertices[v]);
+      const auto nearest = std::min_element(
+          whole.vertices.begin(), whole.vertices.end(), [&](const Vec2& p, const Vec2& q) {
+            return (p - wanted).squaredNorm() < (q - wanted).squaredNorm();
+          });
+      return static_cast<std::int32_t>(nearest - whole.vertices.begin());
+    };
+    const auto p = static_cast<std::int32_t>(sewn_.panels.size());
+    for (std::size_t l = 0; l < half.lines.size(); ++l) {
+      PatternLine line = half.lines[l];
+      line.endpoints = {image_of(line.endpoints[1]), image_of(line.endpoints[0])};
+      if (line.endpoints[0] == half.lines[l].endpoints[1] &&
+          line.endpoints[1] == half.lines[l].endpoints[0])
+        continue;
+      other[l] = {p, static_cast<std::int32_t>(whole.lines.size())};
+      whole.lines.push_back(line);
+    }
+  }
+
   static PatternPanel twin_of(const PatternPanel& panel) {
     const Mirror mirror = mirror_across(Vec2::Zero(), Vec2(0.0, 1.0));
     PatternPanel twin = panel;
@@ -162,6 +198,7 @@ class Sewer {
       std::swap(edge.endpoints[0], edge.endpoints[1]);
       edge.curve = mirrored(edge.curve, mirror);
     }
+    for (PatternLine& line : twin.lines) std::swap(line.endpoints[0], line.endpoints[1]);
     // The mirror image of the place, with respect to the plane x = 0.
     Mat3 flip = Mat3::Identity();
     flip(0, 0) = -1.0;
@@ -194,6 +231,16 @@ class Sewer {
     return chain;
   }
 
+  /// The next edge along the loop that no pleat takes up.
+  Corner after(Corner edge) const {
+    const auto n = edges_of(sewn_.panels[edge.first]);
+    for (std::int32_t steps = 0; steps < n; ++steps) {
+      edge.second = (edge.second + 1) % n;
+      if (!taken_up_.contains(edge)) break;
+    }
+    return edge;
+  }
+
   std::vector<Corner> edges_of_link(const DrawnLink& link, bool is_other,
                                     const std::string& place) const {
     if (link.panel < 0 || link.panel >= static_cast<std::int32_t>(own_.size()))
@@ -215,12 +262,11 @@ class Sewer {
       edges.push_back(map[e]);
     }
     if (edges.empty()) refuse(place + " has a side without edges");
-    const auto n = edges_of(sewn_.panels[edges.front().first]);
     // The loop of a mirror image runs the other way.
-    if (is_other && edges.size() > 1 && edges[1].second != (edges[0].second + 1) % n)
+    if (is_other && edges.size() > 1 && after(edges[0]) != edges[1])
       std::reverse(edges.begin(), edges.end());
     for (std::size_t i = 1; i < edges.size(); ++i)
-      if (edges[i].second != (edges[i - 1].second + 1) % n)
+      if (after(edges[i - 1]) != edges[i])
         refuse(
             fmt::format("{}: the edges of panel {} do not follow each other along its loop; give "
                         "them in order",
@@ -245,20 +291,75 @@ class Sewer {
   void add_stitch(std::size_t s) {
     const DrawnStitch& stitch = drawn_.stitches[s];
     const std::string place = fmt::format("stitch {}", s);
+    if (is_line(stitch.a) || is_line(stitch.b)) return add_line_stitch(stitch, place);
     const auto a = edges_of_chain(stitch.a, false, place),
                b = edges_of_chain(stitch.b, false, place);
-    join(a, b, stitch.start_to_start, place);
-    const auto has_image = [&](const DrawnChain& chain) {
-      return std::all_of(chain.begin(), chain.end(), [&](const DrawnLink& link) {
-        const DrawnPanel& panel = drawn_.panels[link.panel];
-        return panel.fold >= 0 || panel.is_pair;
-      });
-    };
+    join(a, b, stitch, false, place);
     if (!has_image(stitch.a) || !has_image(stitch.b)) return;
     const auto c = edges_of_chain(stitch.a, true, place), d = edges_of_chain(stitch.b, true, place);
     // A seam between a piece and its own image is its own mirror image.
     if (c == b && d == a) return;
-    join(c, d, stitch.start_to_start, place);
+    join(c, d, stitch, true, place);
+  }
+
+  bool has_image(const DrawnChain& chain) const {
+    return std::all_of(chain.begin(), chain.end(), [&](const DrawnLink& link) {
+      const DrawnPanel& panel = drawn_.panels[link.panel];
+      return panel.fold >= 0 || panel.is_pair;
+    });
+  }
+
+  // Stitches on lines: of a single edge or line with a single line.
+
+  bool is_line(const DrawnChain& chain) const {
+    return std::any_of(chain.begin(), chain.end(), [&](const DrawnLink& link) {
+      return std::any_of(link.edges.begin(), link.edges.end(), [&](std::int32_t e) {
+        const PatternPanel& panel = drawn_.panels[link.panel].panel;
+        return panel.is_line(e) &&
+               e < edges_of(panel) + static_cast<std::int32_t>(panel.lines.size());
+      });
+    });
+  }
+
+  /// An edge or line as it is sewn: lines count from -1 down.
+  Corner place_of(const DrawnChain& chain, bool is_image, const std::string& place) const {
+    if (chain.size() != 1 || chain[0].edges.size() != 1)
+      refuse(place + " sews several edges to a line; give a stitch for each line");
+    const DrawnLink& link = chain[0];
+    const std::int32_t l = link.edges[0] - edges_of(drawn_.panels[link.panel].panel);
+    const bool is_other = link.is_mirrored != is_image;
+    if (l < 0) return edges_of_link(link, is_other, place)[0];
+    const std::vector<Corner>& lines = (is_other ? other_line_ : own_line_)[link.panel];
+    if (l >= static_cast<std::int32_t>(lines.size()) || lines[l].first < 0)
+      refuse(fmt::format("{} names line {} of panel {}, which is not there", place, l,
+                         detail::quoted(drawn_.panels[link.panel].panel.name)));
+    return {lines[l].first, -1 - lines[l].second};
+  }
+
+  void add_line_stitch(const DrawnStitch& stitch, const std::string& place) {
+    const auto direction = stitch.start_to_start ? PatternStitch::Direction::start_to_start
+                                                 : PatternStitch::Direction::unknown;
+    for (const bool is_image : {false, true}) {
+      if (is_image && (!has_image(stitch.a) || !has_image(stitch.b))) continue;
+      const Corner a = place_of(stitch.a, is_image, place), b = place_of(stitch.b, is_image, place);
+      line_stitches_.push_back({.a = {a.first, a.second},
+                                .b = {b.first, b.second},
+                                .direction = direction,
+                                .closure = stitch.closure,
+                                .buttons = buttons_between(stitch, is_image, 0.0, 1.0)});
+    }
+  }
+
+  /// Buttons of a stitch within a part of its length, as shares of that part.
+  static std::vector<double> buttons_between(const DrawnStitch& stitch, bool is_image, double from,
+                                             double to) {
+    std::vector<double> buttons;
+    for (const double share : stitch.buttons) {
+      const double at = is_image ? 1.0 - share : share;
+      if (at >= from && (at < to || to >= 1.0)) buttons.push_back((at - from) / (to - from));
+    }
+    std::sort(buttons.begin(), buttons.end());
+    return buttons;
   }
 
   /// A place at which two chains meet, m from the start of each.
@@ -266,17 +367,24 @@ class Sewer {
     double a, b;
   };
 
-  void join(const std::vector<Corner>& edges_a, const std::vector<Corner>& edges_b, bool same_way,
-            const std::string& place) {
+  void join(const std::vector<Corner>& edges_a, const std::vector<Corner>& edges_b,
+            const DrawnStitch& stitch, bool is_image, const std::string& place) {
+    const bool same_way = stitch.start_to_start;
     const Chain a = chain_of(edges_a, false), b = chain_of(edges_b, !same_way);
     std::vector<Meeting> meetings = matched_notches(a, b, place);
     meetings.insert(meetings.begin(), {0.0, 0.0});
     meetings.push_back({a.length(), b.length()});
     const std::vector<Meeting> map = meetings;
     add_ends(a, b, map, meetings);
-    for (std::size_t i = 1; i < meetings.size(); ++i)
+    for (std::size_t i = 1; i < meetings.size(); ++i) {
+      const double from = meetings[i - 1].a / a.length(),
+                   to = i + 1 == meetings.size() ? 1.0 : meetings[i].a / a.length();
+      const std::vector<double> buttons = buttons_between(stitch, is_image, from, to);
+      if (stitch.closure == PatternStitch::Closure::buttons && buttons.empty()) continue;
       joints_.push_back({cut_between(a, meetings[i - 1].a, meetings[i].a, false),
-                         cut_between(b, meetings[i - 1].b, meetings[i].b, !same_way), same_way});
+                         cut_between(b, meetings[i - 1].b, meetings[i].b, !same_way), same_way,
+                         stitch.closure, buttons});
+    }
   }
 
   std::vector<Meeting> matched_notches(const Chain& a, const Chain& b,
@@ -386,7 +494,14 @@ class Sewer {
     for (const Joint& joint : joints_)
       sewn_.stitches.push_back({side(joint.a), side(joint.b),
                                 joint.same_way ? PatternStitch::Direction::start_to_start
-                                               : PatternStitch::Direction::end_to_start});
+                                               : PatternStitch::Direction::end_to_start,
+                                joint.closure, joint.buttons});
+    for (PatternStitch& stitch : line_stitches_) {
+      for (PatternStitch::Side* s : {&stitch.a, &stitch.b})
+        s->edge = s->edge >= 0 ? first[s->panel][s->edge]
+                               : edges_of(sewn_.panels[s->panel]) - 1 - s->edge;
+      sewn_.stitches.push_back(std::move(stitch));
+    }
   }
 
   std::vector<std::int32_t> divide(std::int32_t p) {
@@ -409,7 +524,8 @@ class Sewer {
           to = static_cast<std::int32_t>(panel.vertices.size());
           panel.vertices.push_back(parts.points[i]);
         }
-        panel.edges.push_back({{from, to}, parts.curves[i], whole.edges[e].label});
+        panel.edges.push_back(
+            {{from, to}, parts.curves[i], whole.edges[e].label, whole.edges[e].elastic});
         from = to;
       }
     }
@@ -419,17 +535,25 @@ class Sewer {
   struct Joint {
     Part a, b;
     bool same_way;
+    PatternStitch::Closure closure;
+    std::vector<double> buttons;
   };
   const DrawnPattern& drawn_;
   SewingPattern sewn_;
   std::vector<std::vector<Corner>> own_, other_;  // per drawn panel and edge
   std::map<Corner, std::vector<Notch>> notches_;
-  std::map<Corner, std::vector<double>> cuts_;  // shares of length
+  std::map<Corner, std::vector<double>> cuts_;              // shares of length
+  std::vector<std::vector<Corner>> own_line_, other_line_;  // per drawn panel and line
+  std::set<Corner> taken_up_;                               // by pleats
   std::vector<Joint> joints_;
+  std::vector<PatternStitch> line_stitches_;  // an edge below 0: line -1 - edge
 };
 
 }  // namespace
 
-SewingPattern as_sewn(const DrawnPattern& drawn) { return Sewer(drawn).run(); }
+SewingPattern as_sewn(const DrawnPattern& drawn) {
+  const DrawnPattern plain = with_pleats(drawn);
+  return Sewer(plain).run();
+}
 
 }  // namespace selvedge

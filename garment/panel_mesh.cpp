@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 
@@ -32,8 +33,8 @@ std::vector<std::vector<std::int32_t>> divisions(const SewingPattern& pattern,
     const PatternPanel& panel = pattern.panels[p];
     std::vector<std::int32_t>& of_panel = pieces.emplace_back();
     const std::int32_t edges = count_of(panel.edges);
-    for (std::int32_t e = 0; e < edges; ++e) {
-      if (short_edges.is_joined(p, e)) {
+    for (std::int32_t e = 0; e < edges + count_of(panel.lines); ++e) {
+      if (!panel.is_line(e) && short_edges.is_joined(p, e)) {
         of_panel.push_back(0);
         continue;
       }
@@ -45,7 +46,7 @@ std::vector<std::vector<std::int32_t>> divisions(const SewingPattern& pattern,
             "larger one",
             pattern.name, detail::quoted(panel.name), e, config.vertices, config.edge_length));
       const double turns = edge_turning(panel, e) / kTurnPerSide;
-      const double least = edges < 3 ? 2.0 : 1.0;
+      const double least = edges < 3 && !panel.is_line(e) ? 2.0 : 1.0;
       of_panel.push_back(static_cast<std::int32_t>(
           std::max({least, std::ceil(wanted - 1e-6), std::ceil(std::min(turns, 100.0) - 1e-6)})));
     }
@@ -65,7 +66,8 @@ class OuterSides {
       : pattern_(pattern), sides_(pattern.panels.size()) {
     for (std::size_t s = 0; s < directions.size(); ++s) {
       const PatternStitch& stitch = pattern.stitches[s];
-      if (!sides_.join(stitch.a.panel, stitch.b.panel, directions[s].start_to_start))
+      if (!pattern.is_on_a_line(stitch) &&
+          !sides_.join(stitch.a.panel, stitch.b.panel, directions[s].start_to_start))
         one_sided_.push_back(static_cast<std::int32_t>(s));
     }
   }
@@ -137,6 +139,7 @@ class GarmentMesher {
                       "of the other, as the other seams stand",
                       mesh_.stitches[s].name));
     collect_labels();
+    for (std::int32_t p = 0; p < count_of(pattern_.panels); ++p) collect_lines(p);
     mesh_.quality = total_quality();
     return std::move(mesh_);
   }
@@ -153,8 +156,11 @@ class GarmentMesher {
       const std::vector<Vec2> points = short_edges_.divide(p, e, pieces[e]);
       loop.insert(loop.end(), points.begin(), points.end() - 1);
     }
-    const PolygonMesh polygon = mesh_loop(panel, loop);
     add_edges(starts, pieces, first, count_of(loop));
+    PanelOutline outline{std::move(loop), 0, {}};
+    outline.sides = outline.points.size();
+    add_lines(p, pieces, outline);
+    const PolygonMesh polygon = mesh_panel(panel, outline);
     mesh_.first_vertex.push_back(first);
     mesh_.first_triangle.push_back(count_of(mesh_.flat.triangles));
     mesh_.panel_names.push_back(panel.name);
@@ -163,9 +169,32 @@ class GarmentMesher {
     append(polygon, p, first, mirror);
   }
 
-  PolygonMesh mesh_loop(const PatternPanel& panel, const std::vector<Vec2>& loop) const {
+  /// Divides the lines of a panel. Their ends are corners of the loop, or points inside.
+  void add_lines(std::int32_t p, const std::vector<std::int32_t>& pieces, PanelOutline& outline) {
+    const PatternPanel& panel = pattern_.panels[p];
+    const std::int32_t edges = count_of(panel.edges), first = count_of(mesh_.placed);
+    std::map<std::int32_t, std::int32_t> point_of;  // of the ends, vertices of the panel
+    for (std::int32_t e = 0; e < edges; ++e)
+      point_of[panel.edges[e].endpoints[0]] = mesh_.edge_vertices[p][e].front() - first;
+    auto& of_panel = mesh_.line_vertices.emplace_back();
+    for (std::int32_t l = 0; l < count_of(panel.lines); ++l) {
+      const std::vector<Vec2> points = divide_edge(panel, edges + l, pieces[edges + l]);
+      auto& vertices = of_panel.emplace_back();
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        std::int32_t point = count_of(outline.points);
+        if (i == 0 || i + 1 == points.size())
+          point =
+              point_of.try_emplace(panel.lines[l].endpoints[i == 0 ? 0 : 1], point).first->second;
+        if (point == count_of(outline.points)) outline.points.push_back(points[i]);
+        if (i > 0) outline.lines.push_back({vertices.back() - first, point});
+        vertices.push_back(first + point);
+      }
+    }
+  }
+
+  PolygonMesh mesh_panel(const PatternPanel& panel, const PanelOutline& outline) const {
     try {
-      return mesh_polygon(loop, config_);
+      return mesh_outline(outline, config_);
     } catch (const std::invalid_argument& error) {
       throw std::invalid_argument(fmt::format("{}: panel {}: {} at an edge length of {:g} m",
                                               pattern_.name, detail::quoted(panel.name),
@@ -204,12 +233,31 @@ class GarmentMesher {
     }
   }
 
+  const std::vector<std::int32_t>& vertices_of(const PatternStitch::Side& side) const {
+    const std::int32_t line = side.edge - count_of(pattern_.panels[side.panel].edges);
+    return line < 0 ? mesh_.edge_vertices[side.panel][side.edge]
+                    : mesh_.line_vertices[side.panel][line];
+  }
+
+  /// The pairs of a stitch that are nearest to its buttons, ascending.
+  static std::vector<std::int32_t> buttons_of(const PatternStitch& stitch,
+                                              const GarmentMesh::Stitch& made) {
+    std::vector<std::int32_t> pairs;
+    for (const double share : stitch.buttons)
+      pairs.push_back(static_cast<std::int32_t>(std::lround(share * (count_of(made.a) - 1))));
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    return pairs;
+  }
+
   void add_stitch(std::int32_t s, const SeamDirection& direction) {
     const PatternStitch& stitch = pattern_.stitches[s];
     GarmentMesh::Stitch& out = mesh_.stitches.emplace_back();
     out.direction = direction;
-    out.a = mesh_.edge_vertices[stitch.a.panel][stitch.a.edge];
-    out.b = mesh_.edge_vertices[stitch.b.panel][stitch.b.edge];
+    out.a = vertices_of(stitch.a);
+    out.b = vertices_of(stitch.b);
+    out.closure = stitch.closure;
+    if (stitch.closure == PatternStitch::Closure::buttons) out.buttons = buttons_of(stitch, out);
     if (!direction.start_to_start) std::reverse(out.b.begin(), out.b.end());
     out.length_a = edge_length(pattern_.panels[stitch.a.panel], stitch.a.edge);
     out.length_b = edge_length(pattern_.panels[stitch.b.panel], stitch.b.edge);
@@ -233,6 +281,24 @@ class GarmentMesher {
     for (auto& [label, list] : mesh_.labels) {
       std::sort(list.begin(), list.end());
       list.erase(std::unique(list.begin(), list.end()), list.end());
+    }
+  }
+
+  void collect_lines(std::int32_t p) {
+    const PatternPanel& panel = pattern_.panels[p];
+    mesh_.panel_fabrics.push_back(panel.fabric);
+    const auto add_elastic = [&](std::int32_t edge, const PatternElastic& elastic) {
+      const PatternStitch::Side side{p, edge};
+      if (elastic.ratio > 0.0 && vertices_of(side).size() > 1)
+        mesh_.elastics.push_back({vertices_of(side), elastic, detail::edge_name(pattern_, side)});
+    };
+    const std::int32_t edges = count_of(panel.edges);
+    for (std::int32_t e = 0; e < edges; ++e) add_elastic(e, panel.edges[e].elastic);
+    for (std::int32_t l = 0; l < count_of(panel.lines); ++l) {
+      const PatternLine& line = panel.lines[l];
+      add_elastic(edges + l, line.elastic);
+      if (line.angle)
+        mesh_.folds.push_back({mesh_.line_vertices[p][l], *line.angle, line.stiffness});
     }
   }
 

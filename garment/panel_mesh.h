@@ -4,6 +4,7 @@
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,19 +46,37 @@ struct GarmentMesh {
   /// edge_vertices[panel][edge]: the vertices along the edge from its start to its end, both
   /// included; a single one for an edge so short that the mesh joins it with its neighbours.
   std::vector<std::vector<std::vector<std::int32_t>>> edge_vertices;
+  std::vector<std::vector<std::vector<std::int32_t>>> line_vertices;  ///< the same of its lines
 
   struct Stitch {
     std::vector<std::int32_t> a, b;  ///< equally many; a[i] is sewn to b[i], ends included
     std::string name;  ///< such as stitch 3: edge 2 of panel "front" to edge 5 of panel "back"
     double length_a = 0.0, length_b = 0.0;  ///< m, along the curves
     SeamDirection direction;
+    PatternStitch::Closure closure = PatternStitch::Closure::seam;
+    std::vector<std::int32_t> buttons{};  ///< the pairs that buttons join; else all are sewn
   };
   /// The first or last vertices of both sides are the same vertex where a dart ends. Both sides
   /// have a single vertex if they are joined with their neighbours.
   std::vector<Stitch> stitches;
+  /// A line along which the cloth is folded at rest.
+  struct Fold {
+    std::vector<std::int32_t> vertices;   ///< along the line
+    double angle = 0.0, stiffness = 0.0;  ///< as PatternLine, rad and N
+  };
+  std::vector<Fold> folds;
+  /// An elastic along an edge or a line.
+  struct Elastic {
+    std::vector<std::int32_t> vertices;  ///< along it
+    PatternElastic elastic;
+    std::string name;  ///< such as edge 2 of panel "front"
+  };
+  std::vector<Elastic> elastics;
+
   /// Vertices of the edges with a label, ascending.
   std::map<std::string, std::vector<std::int32_t>> labels;
-  std::vector<std::string> panel_labels;  ///< empty: none
+  std::vector<std::string> panel_labels;   ///< empty: none
+  std::vector<std::string> panel_fabrics;  ///< as PatternPanel::fabric
 
   std::vector<PanelMeshQuality> panel_quality;
   PanelMeshQuality quality;  ///< of all panels
@@ -84,5 +103,16 @@ struct PolygonMesh {
 /// Throws std::invalid_argument if the loop crosses or touches itself, which is decided exactly on
 /// coordinates rounded to 2^-25 of its extent.
 PolygonMesh mesh_polygon(std::span<const Vec2> loop, const PanelMeshConfig& config = {});
+
+/// A simple polygon with lines inside it.
+struct PanelOutline {
+  std::vector<Vec2> points;  ///< m, those of the loop first
+  std::size_t sides = 0;     ///< points of the loop, at least 3
+  std::vector<Edge> lines;   ///< two points each; they meet others only at their ends
+
+  std::span<const Vec2> loop() const { return std::span(points).first(sides); }
+};
+/// The same with lines that stay whole, too. The points of the outline are its first vertices.
+PolygonMesh mesh_outline(const PanelOutline& outline, const PanelMeshConfig& config = {});
 
 }  // namespace selvedge

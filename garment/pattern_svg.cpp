@@ -33,7 +33,8 @@ std::string colour_of(std::int32_t stitch) {
 
 /// Millimetres, y downwards as SVG has it.
 std::vector<Vec2> drawn_edge(const PatternPanel& panel, std::int32_t e) {
-  const bool straight = panel.edges[e].curve.kind == PatternCurve::Kind::straight;
+  const bool straight =
+      panel.is_line(e) || panel.edges[e].curve.kind == PatternCurve::Kind::straight;
   std::vector<Vec2> points = divide_edge(panel, e, straight ? 2 : kPiecesOfCurve);
   for (Vec2& p : points) p = Vec2(1000.0 * p.x(), -1000.0 * p.y());
   return points;
@@ -55,7 +56,7 @@ class Sheet {
       : pattern_(pattern), directions_(seam_directions(pattern)) {
     for (const PatternPanel& panel : pattern.panels) {
       boxes_.push_back(box_of(panel));
-      stitch_of_.emplace_back(panel.edges.size(), -1);
+      stitch_of_.emplace_back(panel.edges.size() + panel.lines.size(), -1);
     }
     for (std::size_t s = 0; s < pattern.stitches.size(); ++s)
       for (const PatternStitch::Side& side : {pattern.stitches[s].a, pattern.stitches[s].b})
@@ -126,6 +127,8 @@ class Sheet {
       }
     body_ += fmt::format("<path d=\"{}Z\" fill=\"#f4f1ea\" stroke=\"none\"/>\n", path);
     for (std::int32_t e = 0; e < n; ++e) draw_edge(p, e, outward);
+    for (std::int32_t l = 0; l < static_cast<std::int32_t>(panel.lines.size()); ++l)
+      draw_line(p, l);
     middle = name_place(p, middle / static_cast<double>(points));
     // The middle of the long edges of a narrow panel has their numbers.
     if (boxes_[p].height() < 4.0 * kNameSize) middle.x() -= 0.22 * boxes_[p].width();
@@ -179,6 +182,27 @@ class Sheet {
     if (stitch >= 0) draw_stitch(p, e, points, middle + kInset * inward);
   }
 
+  /// A line inside a panel, with its stitch, and what it does beside its middle.
+  void draw_line(std::size_t p, std::int32_t l) {
+    const PatternPanel& panel = pattern_.panels[p];
+    const std::int32_t e = static_cast<std::int32_t>(panel.edges.size()) + l;
+    std::vector<Vec2> points = drawn_edge(panel, e);
+    for (Vec2& q : points) q += offsets_[p];
+    body_ += fmt::format(
+        "<line x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\" stroke=\"{}\" "
+        "stroke-width=\"1.2\" stroke-dasharray=\"2 2\"/>\n",
+        points[0].x(), points[0].y(), points[2].x(), points[2].y(),
+        stitch_of_[p][e] < 0 ? "#777" : colour_of(stitch_of_[p][e]));
+    const PatternLine& line = panel.lines[static_cast<std::size_t>(l)];
+    std::string words = fmt::format("line {}", l);
+    if (line.angle) words += fmt::format(", fold {:.0f}°", *line.angle * 180.0 / std::numbers::pi);
+    if (line.elastic.ratio > 0.0) words += fmt::format(", elastic {:g}", line.elastic.ratio);
+    const Vec2 along = (points[2] - points[0]).normalized();
+    put_along(points[1] + kInset * Vec2(-along.y(), along.x()),
+              along.x() < 0.0 ? Vec2(-along) : along, "middle", words);
+    if (stitch_of_[p][e] >= 0) draw_stitch(p, e, points, points[1]);
+  }
+
   /// Inside: number, stitch and length, as far as they fit; outside: the label.
   void write_on_edge(std::size_t p, std::int32_t e, const Vec2& middle, const Vec2& along,
                      const Vec2& inward) {
@@ -193,7 +217,9 @@ class Sheet {
     if (length > 75.0)
       put_along(inside + (sewn ? 1.4 * kBadge : kBadge) * right, right, "start",
                 fmt::format("{:.1f}", length / 10.0));
-    const std::string& label = panel.edges[e].label;
+    std::string label = panel.edges[e].label;
+    if (const double ratio = panel.edges[e].elastic.ratio; ratio > 0.0)
+      label += fmt::format("{}elastic {:g}", label.empty() ? "" : ", ", ratio);
     if (0.6 * kNumberSize * static_cast<double>(label.size()) < length)
       put_along(middle - kInset * inward, right, "middle", label);
   }

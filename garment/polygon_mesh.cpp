@@ -35,13 +35,14 @@ double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(
 
 class PolygonMesher {
  public:
-  PolygonMesher(std::span<const Vec2> loop, const PanelMeshConfig& config, const GridPlane& plane,
-                std::vector<GridPoint> points)
+  PolygonMesher(const PanelOutline& outline, const PanelMeshConfig& config, const GridPlane& plane,
+                const std::vector<GridPoint>& points)
       : config_(config),
         plane_(plane),
-        sides_(static_cast<std::int32_t>(loop.size())),
-        field_(loop, config.edge_length, 4 * config.vertices),
-        net_(points) {}
+        sides_(static_cast<std::int32_t>(outline.sides)),
+        fixed_(static_cast<std::int32_t>(points.size())),
+        field_(outline.loop(), line_sides(outline), config.edge_length, 4 * config.vertices),
+        net_(points, sides_, outline.lines) {}
 
   PolygonMesh run() {
     insert_lattice();
@@ -57,7 +58,14 @@ class PolygonMesher {
 
  private:
   Vec2 at(std::int32_t point) const { return plane_.point(net_.points()[point]); }
-  bool is_inner(std::int32_t point) const { return point >= Triangulation::kOuter + sides_; }
+  bool is_inner(std::int32_t point) const { return point >= Triangulation::kOuter + fixed_; }
+
+  static std::vector<SizeField::Side> line_sides(const PanelOutline& outline) {
+    std::vector<SizeField::Side> sides;
+    for (const auto& [a, b] : outline.lines)
+      sides.push_back({outline.points[a], outline.points[b]});
+    return sides;
+  }
 
   /// Points of a lattice of equilateral triangles, where the border does not ask for shorter edges.
   void insert_lattice() {
@@ -184,7 +192,7 @@ class PolygonMesher {
   /// that makes an angle worse.
   void smooth() {
     std::vector<std::int32_t> cells;
-    for (std::int32_t point = Triangulation::kOuter + sides_;
+    for (std::int32_t point = Triangulation::kOuter + fixed_;
          point < static_cast<std::int32_t>(net_.points().size()); ++point) {
       net_.star(point, cells);
       const GridPoint before = net_.points()[point];
@@ -278,7 +286,7 @@ class PolygonMesher {
 
   const PanelMeshConfig& config_;
   GridPlane plane_;
-  std::int32_t sides_;
+  std::int32_t sides_, fixed_;  // of the loop; points that stay where they are
   SizeField field_;
   Triangulation net_;
   std::priority_queue<Coarse> coarse_;
@@ -328,6 +336,11 @@ PanelMeshQuality detail::quality_of(std::span<const Vec2> loop, std::span<const 
 }
 
 PolygonMesh mesh_polygon(std::span<const Vec2> loop, const PanelMeshConfig& config) {
+  return mesh_outline({{loop.begin(), loop.end()}, loop.size(), {}}, config);
+}
+
+PolygonMesh mesh_outline(const PanelOutline& outline, const PanelMeshConfig& config) {
+  const std::span<const Vec2> loop = outline.loop();
   require(config.edge_length > 0.0 && std::isfinite(config.edge_length), "edge_length",
           config.edge_length, "positive and finite");
   require(config.smoothing >= 0, "smoothing", config.smoothing, "at least 0");
@@ -338,12 +351,21 @@ PolygonMesh mesh_polygon(std::span<const Vec2> loop, const PanelMeshConfig& conf
           fmt::format("point {} of the loop is not finite or beyond 1e9 m", i));
   const GridPlane plane(loop);
   std::vector<GridPoint> points;
-  for (const Vec2& p : loop) points.push_back(plane.snap(p));
-  if (const auto crossing = detail::loop_crossing(points))
+  for (const Vec2& p : outline.points) points.push_back(plane.snap(p));
+  if (const auto crossing = detail::loop_crossing(std::span(points).first(outline.sides)))
     throw std::invalid_argument(
         fmt::format("the loop crosses or touches itself at its sides {} and {}", crossing->first,
                     crossing->second));
-  PolygonMesh mesh = PolygonMesher(loop, config, plane, std::move(points)).run();
+  const auto sides = static_cast<std::int32_t>(outline.sides);
+  if (const auto crossing = detail::line_crossing(points, sides, outline.lines)) {
+    const auto [a, b] = outline.lines[static_cast<std::size_t>(*crossing)];
+    throw std::invalid_argument(
+        fmt::format("the line from ({:g}, {:g}) to ({:g}, {:g}) m meets the loop or another line "
+                    "between its ends",
+                    outline.points[a].x(), outline.points[a].y(), outline.points[b].x(),
+                    outline.points[b].y()));
+  }
+  PolygonMesh mesh = PolygonMesher(outline, config, plane, points).run();
   mesh.quality = detail::quality_of(loop, mesh.vertices, mesh.triangles);
   return mesh;
 }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/garment/detail/side_parity.h>
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <algorithm>
 #include <numeric>
-
-#include <selvedge/garment/detail/side_parity.h>
 
 namespace selvedge {
 namespace {
@@ -30,7 +29,7 @@ struct EndDistances {
 EndDistances end_distances(const SewingPattern& pattern, const PatternStitch& stitch) {
   const auto end = [&](const PatternStitch::Side& side, int which) {
     const PatternPanel& panel = pattern.panels[side.panel];
-    return place_point(panel, panel.vertices[panel.edges[side.edge].endpoints[which]]);
+    return place_point(panel, panel.vertices[panel.endpoints(side.edge)[which]]);
   };
   const Vec3 a0 = end(stitch.a, 0), a1 = end(stitch.a, 1), b0 = end(stitch.b, 0),
              b1 = end(stitch.b, 1);
@@ -42,8 +41,7 @@ EndDistances end_distances(const SewingPattern& pattern, const PatternStitch& st
 bool share_an_end(const SewingPattern& pattern, const PatternStitch& stitch) {
   if (stitch.a.panel != stitch.b.panel) return false;
   const PatternPanel& panel = pattern.panels[stitch.a.panel];
-  const auto& a = panel.edges[stitch.a.edge].endpoints;
-  const auto& b = panel.edges[stitch.b.edge].endpoints;
+  const auto &a = panel.endpoints(stitch.a.edge), &b = panel.endpoints(stitch.b.edge);
   return a[1] == b[0] || b[1] == a[0];
 }
 
@@ -65,7 +63,7 @@ std::vector<SeamDirection> seam_directions(const SewingPattern& pattern) {
     } else if (share_an_end(pattern, stitch)) {
       directions[s].reason = Reason::shared_end;
       weight[s] = 1e12;
-    } else if (weight[s] > kDecisive) {
+    } else if (weight[s] > kDecisive || pattern.is_on_a_line(stitch)) {
       directions[s].reason = Reason::placement;
       directions[s].start_to_start = distances[s].start_to_start < distances[s].end_to_start;
     }
@@ -83,7 +81,9 @@ std::vector<SeamDirection> seam_directions(const SewingPattern& pattern) {
       direction.start_to_start = sides.are_opposite(stitch.a.panel, stitch.b.panel);
       direction.reason = Reason::orientation;
     }
-    sides.join(stitch.a.panel, stitch.b.panel, direction.start_to_start);
+    // A panel may lie on either side of a line.
+    if (!pattern.is_on_a_line(stitch))
+      sides.join(stitch.a.panel, stitch.b.panel, direction.start_to_start);
     const bool other = distances[s].start_to_start < distances[s].end_to_start;
     direction.twisted = direction.start_to_start != other && distances[s].ratio() > kTwisted;
   }

@@ -76,10 +76,14 @@ std::pair<std::size_t, Vec2> place_on(std::span<const Vec2> points, double wante
 }
 
 const Vec2& start_of(const PatternPanel& panel, std::int32_t edge) {
-  return panel.vertices[panel.edges[edge].endpoints[0]];
+  return panel.vertices[panel.endpoints(edge)[0]];
 }
 const Vec2& end_of(const PatternPanel& panel, std::int32_t edge) {
-  return panel.vertices[panel.edges[edge].endpoints[1]];
+  return panel.vertices[panel.endpoints(edge)[1]];
+}
+const PatternCurve& curve_of(const PatternPanel& panel, std::int32_t edge) {
+  static const PatternCurve straight;
+  return panel.is_line(edge) ? straight : panel.edges[edge].curve;
 }
 
 bool is_bezier(const PatternCurve& curve) {
@@ -111,7 +115,7 @@ double parameter_at(const std::vector<double>& length, double wanted) {
 
 Vec2 edge_point(const PatternPanel& panel, std::int32_t edge, double t) {
   const Vec2 &start = start_of(panel, edge), &end = end_of(panel, edge);
-  const PatternCurve& curve = panel.edges[edge].curve;
+  const PatternCurve& curve = curve_of(panel, edge);
   if (t <= 0.0) return start;
   if (t >= 1.0) return end;
   if (curve.kind == Kind::straight) return start + t * (end - start);
@@ -126,7 +130,7 @@ Vec2 edge_point(const PatternPanel& panel, std::int32_t edge, double t) {
 }
 
 double edge_length(const PatternPanel& panel, std::int32_t edge) {
-  const PatternCurve& curve = panel.edges[edge].curve;
+  const PatternCurve& curve = curve_of(panel, edge);
   if (is_bezier(curve)) return chord_lengths(panel, edge).back();
   if (curve.kind == Kind::straight) return (end_of(panel, edge) - start_of(panel, edge)).norm();
   if (curve.kind == Kind::polyline)
@@ -136,7 +140,7 @@ double edge_length(const PatternPanel& panel, std::int32_t edge) {
 }
 
 double edge_turning(const PatternPanel& panel, std::int32_t edge) {
-  const PatternCurve& curve = panel.edges[edge].curve;
+  const PatternCurve& curve = curve_of(panel, edge);
   if (curve.kind == Kind::straight) return 0.0;
   if (curve.kind == Kind::arc)
     return std::abs(arc_of(start_of(panel, edge), end_of(panel, edge), curve).sweep);
@@ -156,7 +160,7 @@ double edge_turning(const PatternPanel& panel, std::int32_t edge) {
 }
 
 std::vector<Vec2> divide_edge(const PatternPanel& panel, std::int32_t edge, std::int32_t pieces) {
-  const bool bezier = is_bezier(panel.edges[edge].curve);
+  const bool bezier = is_bezier(curve_of(panel, edge));
   const std::vector<double> length = bezier ? chord_lengths(panel, edge) : std::vector<double>{};
   std::vector<Vec2> points;
   points.reserve(pieces + 1);

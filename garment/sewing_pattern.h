@@ -4,6 +4,7 @@
 #include <selvedge/core/base/types.h>
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,10 +27,27 @@ struct PatternCurve {
   std::vector<Vec2> through{};  ///< m, points of a polyline between its ends
 };
 
+/// An elastic along an edge or a line. It is stretched while the seams close.
+struct PatternElastic {
+  double ratio = 0.0;       ///< its rest length over that of the cloth, in (0, 1]; 0: there is none
+  double stiffness = 20.0;  ///< N, force per strain, > 0
+};
+
 struct PatternEdge {
   std::array<std::int32_t, 2> endpoints = {0, 0};  ///< start and end, vertices of the panel
   PatternCurve curve;
   std::string label;  ///< such as lower_interface; empty: none
+  PatternElastic elastic{};
+};
+
+/// A straight line across a panel, from vertex to vertex, along which it is folded, gathered by an
+/// elastic, or sewn to another panel. Its ends lie on the loop or inside.
+struct PatternLine {
+  std::array<std::int32_t, 2> endpoints = {0, 0};  ///< start and end, vertices of the panel
+  /// rad, in (-π, π): by which the cloth is folded at rest; > 0 where its inner sides come together
+  std::optional<double> angle{};
+  double stiffness = 0.05;  ///< N, moment of the fold per length and angle, > 0
+  PatternElastic elastic{};
 };
 
 /// How a panel is bent around a cylinder before it is sewn. Lines along `axis` stay straight.
@@ -40,7 +58,7 @@ struct PatternBend {
 };
 
 /// A flat piece of cloth. Its edges form one closed loop in order: each starts where the one before
-/// it ends.
+/// it ends. Its lines are numbered after its edges.
 struct PatternPanel {
   std::string name;
   std::vector<Vec2> vertices;  ///< m
@@ -49,17 +67,30 @@ struct PatternPanel {
   Mat3 rotation = Mat3::Identity();  ///< translation
   PatternBend bend;                  ///< before rotation and translation
   std::string label;                 ///< of the whole panel; empty: none
+  std::vector<PatternLine> lines{};
+  std::string fabric{};  ///< name of its own fabric; empty: that of the garment
+
+  bool is_line(std::int32_t edge) const { return edge >= static_cast<std::int32_t>(edges.size()); }
+  /// Start and end of an edge or a line.
+  const std::array<std::int32_t, 2>& endpoints(std::int32_t edge) const {
+    const auto e = static_cast<std::size_t>(edge);
+    return is_line(edge) ? lines[e - edges.size()].endpoints : edges[e].endpoints;
+  }
 };
 
-/// Two edges that are sewn together.
+/// Two edges that are sewn together, or an edge and a line of another panel.
 struct PatternStitch {
   struct Side {
-    std::int32_t panel = 0, edge = 0;
+    std::int32_t panel = 0, edge = 0;  ///< numbers past the edges name the lines of the panel
   };
   /// Which ends meet: the end of one edge and the start of the other, or the two starts.
   enum class Direction { unknown, end_to_start, start_to_start };
+  /// A zip and buttons stay open until all seams are closed.
+  enum class Closure { seam, zip, buttons };
   Side a, b;
   Direction direction = Direction::unknown;
+  Closure closure = Closure::seam;
+  std::vector<double> buttons{};  ///< where they are, shares of the length of side a, in [0, 1]
 };
 
 /// A garment as flat panels, with their places about a body and the seams between them.
@@ -67,6 +98,12 @@ struct SewingPattern {
   std::string name;
   std::vector<PatternPanel> panels;
   std::vector<PatternStitch> stitches;
+
+  /// Whether a stitch joins an edge to a line, such as the border of a pocket to a front.
+  bool is_on_a_line(const PatternStitch& stitch) const {
+    return panels[static_cast<std::size_t>(stitch.a.panel)].is_line(stitch.a.edge) ||
+           panels[static_cast<std::size_t>(stitch.b.panel)].is_line(stitch.b.edge);
+  }
 };
 
 /// What a pattern must satisfy.
@@ -93,14 +130,17 @@ SewingPattern parse_sewing_pattern(const std::string& json, const std::string& n
                                    const PatternLimits& limits = {});
 
 /// The same pattern as a text that parse_sewing_pattern reads: lengths in cm, curves absolute,
-/// bends as "bend".
+/// bends as "bend", angles in degrees.
 std::string sewing_pattern_text(const SewingPattern& pattern);
 
 /// Throws std::invalid_argument for numbers that are not finite, a loop that is open or crosses
 /// itself, a panel without area, size or stitch, an edge in two stitches, a stitch to a missing
-/// edge, two sewn edges whose lengths differ too much, or two panels in one place. The message
+/// edge, two sewn edges whose lengths differ too much, lines that cross or leave the panel, or two
+/// panels in one place. The message
 /// begins with the name of the pattern.
 void check_sewing_pattern(const SewingPattern& pattern, const PatternLimits& limits = {});
+
+// Edges may be lines in what follows, but for split_edge.
 
 /// Point of an edge at the parameter t in [0, 1], m; t is the share of the length for a polyline.
 Vec2 edge_point(const PatternPanel& panel, std::int32_t edge, double t);
@@ -129,7 +169,7 @@ struct SeamDirection {
   enum class Reason {
     file,         ///< the file says so
     shared_end,   ///< both edges have a vertex in common, as in a dart
-    placement,    ///< the other way round the seam would be twisted in space
+    placement,    ///< the other way round the seam would be twisted in space, or it is on a line
     orientation,  ///< other seams decide which sides of the panels face outward
     convention    ///< nothing decides: the end of one edge meets the start of the other
   };

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 
@@ -100,6 +101,7 @@ class PatternCheck {
     loops_.push_back(loop_of(panel));
     check_extent(panel, loops_.back());
     check_crossing(panel, loops_.back());
+    check_lines(panel, loops_.back());
     check_area(panel, loops_.back());
   }
 
@@ -132,6 +134,15 @@ class PatternCheck {
     if (n < 2)
       refuse(panel, fmt::format("has {}; a closed loop needs at least two", counted(n, "edge")));
     std::vector<std::int32_t> uses(panel.vertices.size(), 0);
+    std::vector<char> is_on_line(panel.vertices.size(), 0);
+    for (std::int32_t l = 0; l < size_of(panel.lines); ++l)
+      for (const std::int32_t v : panel.lines[l].endpoints) {
+        if (v < 0 || v >= size_of(panel.vertices))
+          refuse(panel, fmt::format("line {} names vertex {}, but the panel has {} vertices; "
+                                    "correct its endpoints",
+                                    l, v, panel.vertices.size()));
+        is_on_line[v] = 1;
+      }
     for (std::int32_t e = 0; e < n; ++e) {
       const auto [start, end] = panel.edges[e].endpoints;
       for (const std::int32_t v : {start, end})
@@ -158,12 +169,66 @@ class PatternCheck {
         refuse(panel, fmt::format("the loop passes vertex {} {} times; give each passage a vertex "
                                   "of its own, apart from the other",
                                   v, uses[v]));
-      if (uses[v] == 0)
+      if (uses[v] == 0 && !is_on_line[v])
         refuse(panel, fmt::format("vertex {} is on no edge; remove it, or add its edges", v));
     }
   }
 
+  void check_elastic(const PatternPanel& panel, std::int32_t edge,
+                     const PatternElastic& elastic) const {
+    if (elastic.ratio == 0.0) return;
+    const bool is_line = panel.is_line(edge);
+    const std::string name = fmt::format("the elastic of {} {}", is_line ? "line" : "edge",
+                                         edge - (is_line ? size_of(panel.edges) : 0));
+    if (!(elastic.ratio > 0.0) || elastic.ratio > 1.0)
+      refuse(panel, fmt::format("{} has the ratio {:g}; give its rest length over that of the "
+                                "cloth, above 0 and at most 1",
+                                name, elastic.ratio));
+    if (!(elastic.stiffness > 0.0) || !std::isfinite(elastic.stiffness))
+      refuse(panel, fmt::format("{} has the stiffness {:g}; give newtons above 0", name,
+                                elastic.stiffness));
+  }
+
+  /// Lines stay inside the loop and apart from each other, so that a mesh can have them.
+  void check_lines(const PatternPanel& panel, const Loop& loop) const {
+    if (panel.lines.empty()) return;
+    const detail::GridPlane plane(loop.points);
+    std::vector<detail::GridPoint> points;
+    for (const Vec2& p : loop.points) points.push_back(plane.snap(p));
+    std::map<std::int32_t, std::int32_t> point_of;
+    for (std::int32_t i = 0; i < size_of(loop.points); ++i)
+      if (i == 0 || loop.edge[i] != loop.edge[i - 1])
+        point_of[panel.edges[loop.edge[i]].endpoints[0]] = i;
+    std::vector<std::array<std::int32_t, 2>> lines;
+    for (std::int32_t l = 0; l < size_of(panel.lines); ++l) {
+      const PatternLine& line = panel.lines[l];
+      auto& ends = lines.emplace_back();
+      for (const int i : {0, 1}) {
+        const auto [at, is_new] = point_of.try_emplace(line.endpoints[i], size_of(points));
+        if (is_new) points.push_back(plane.snap(panel.vertices[line.endpoints[i]]));
+        ends[i] = at->second;
+      }
+      const Vec2 middle =
+          0.5 * (panel.vertices[line.endpoints[0]] + panel.vertices[line.endpoints[1]]);
+      if (!contains(loop.points, middle))
+        refuse(panel, fmt::format("line {} lies outside its loop; correct its endpoints", l));
+      check_elastic(panel, size_of(panel.edges) + l, line.elastic);
+      if (line.angle && !(std::abs(*line.angle) < std::numbers::pi))
+        refuse(panel, fmt::format("line {} is folded by {:g} degrees; give an angle above -180 and "
+                                  "below 180",
+                                  l, *line.angle * 180.0 / std::numbers::pi));
+      if (!(line.stiffness > 0.0) || !std::isfinite(line.stiffness))
+        refuse(panel, fmt::format("line {} has the stiffness {:g}; give newtons above 0", l,
+                                  line.stiffness));
+    }
+    if (const auto crossing = detail::line_crossing(points, size_of(loop.points), lines))
+      refuse(panel, fmt::format("line {} meets the loop or another line between its ends; divide "
+                                "both there, or move its endpoints",
+                                *crossing));
+  }
+
   void check_edge(const PatternPanel& panel, std::int32_t edge) const {
+    check_elastic(panel, edge, panel.edges[edge].elastic);
     const PatternCurve& curve = panel.edges[edge].curve;
     for (const Vec2& p : curve.control)
       if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 4.0 * limits_.largest)
@@ -240,6 +305,7 @@ class PatternCheck {
         stitched[side.panel] = 1;
       }
       check_lengths(s);
+      check_closure(s);
     }
     for (std::size_t p = 0; pattern_.panels.size() > 1 && p < stitched.size(); ++p)
       if (!stitched[p])
@@ -252,10 +318,22 @@ class PatternCheck {
       refuse(stitch, fmt::format("names panel {}, but there {} {}", side.panel,
                                  panels == 1 ? "is" : "are", counted(panels, "panel")));
     const PatternPanel& panel = pattern_.panels[side.panel];
-    if (side.edge < 0 || side.edge >= size_of(panel.edges))
+    if (side.edge < 0 || side.edge >= size_of(panel.edges) + size_of(panel.lines))
       refuse(stitch, fmt::format("names edge {} of panel {}, which has the edges 0 to {}; correct "
                                  "the edge",
                                  side.edge, quoted(panel.name), size_of(panel.edges) - 1));
+  }
+
+  void check_closure(std::int32_t s) const {
+    const PatternStitch& stitch = pattern_.stitches[s];
+    const bool has_buttons = stitch.closure == PatternStitch::Closure::buttons;
+    if (has_buttons == stitch.buttons.empty())
+      refuse(s, has_buttons ? "is closed by buttons, but has none; give their number or places"
+                            : "has buttons, but is not closed by them");
+    for (const double share : stitch.buttons)
+      if (!(share >= 0.0 && share <= 1.0))
+        refuse(s,
+               fmt::format("has a button at {:g}; give shares of its length from 0 to 1", share));
   }
 
   void check_lengths(std::int32_t s) const {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/elementary.h>
 #include <selvedge/core/base/internal/json_value.h>
+#include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/system/internal/read_file.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/internal/drawn_pattern.h>
@@ -25,7 +26,11 @@ std::string detail::quoted(const std::string& name) {
 }
 
 std::string detail::edge_name(const SewingPattern& pattern, const PatternStitch::Side& side) {
-  return fmt::format("edge {} of panel {}", side.edge, quoted(pattern.panels[side.panel].name));
+  const PatternPanel& panel = pattern.panels[side.panel];
+  const bool is_line = panel.is_line(side.edge);
+  return fmt::format("{} {} of panel {}", is_line ? "line" : "edge",
+                     side.edge - (is_line ? static_cast<std::int32_t>(panel.edges.size()) : 0),
+                     quoted(panel.name));
 }
 
 namespace {
@@ -36,6 +41,7 @@ using Kind = PatternCurve::Kind;
 
 /// Deeper nesting than any pattern has.
 constexpr int kDeepest = 32;
+constexpr std::int32_t kMostButtons = 1000;  // of a stitch
 
 class PatternReader {
  public:
@@ -140,6 +146,12 @@ class PatternReader {
     const Json& edges = list(member(j, "edges", place), place + ": \"edges\"");
     for (std::size_t i = 0; i < edges.size(); ++i)
       panel.edges.push_back(read_edge(panel, edges[i], fmt::format("{}: edge {}", place, i)));
+    if (j.contains("lines")) {
+      const Json& lines = list(j["lines"], place + ": \"lines\"");
+      for (std::size_t i = 0; i < lines.size(); ++i)
+        panel.lines.push_back(read_line(panel, lines[i], fmt::format("{}: line {}", place, i)));
+    }
+    if (j.contains("fabric")) panel.fabric = text(j["fabric"], place + ": \"fabric\"");
     read_place(panel, j, place);
     if (j.contains("label")) newer_ = true, panel.label = label(j, place);
     drawn_.panels.push_back(read_drawn(panel, j, place));
@@ -176,9 +188,30 @@ class PatternReader {
           notch.name = text(notches[i]["name"], where + ": its \"name\"");
       }
     }
-    for (const char* key : {"fold", "pair", "grain", "notches"})
+    if (j.contains("pleats")) {
+      const Json& pleats = list(j["pleats"], place + ": \"pleats\"");
+      for (std::size_t i = 0; i < pleats.size(); ++i)
+        drawn.pleats.push_back(read_pleat(pleats[i], fmt::format("{}: pleat {}", place, i)));
+    }
+    for (const char* key : {"fold", "pair", "grain", "notches", "pleats"})
       is_drawn_ = is_drawn_ || j.contains(key);
     return drawn;
+  }
+
+  DrawnPleat read_pleat(const Json& j, const std::string& where) const {
+    object(j, where);
+    DrawnPleat pleat;
+    pleat.edge = index(member(j, "edge", where), where + ": its \"edge\"");
+    pleat.at = number(member(j, "at", where), where + ": its \"at\"");
+    pleat.depth = number(member(j, "depth", where), where + ": its \"depth\"") / units_;
+    pleat.length = number(member(j, "length", where), where + ": its \"length\"") / units_;
+    if (!j.contains("toward")) return pleat;
+    const std::string toward = text(j["toward"], where + ": its \"toward\"");
+    if (toward != "start" && toward != "end")
+      refuse(where,
+             "lies \"toward\" the \"start\" or the \"end\" of its edge, not " + quoted(toward));
+    pleat.to_end = toward == "end";
+    return pleat;
   }
 
   void read_place(PatternPanel& panel, const Json& j, const std::string& place) const {
@@ -219,18 +252,52 @@ class PatternReader {
     return value.is_null() ? std::string() : text(value, place + ": \"label\"");
   }
 
+  std::array<std::int32_t, 2> read_endpoints(const PatternPanel& panel, const Json& j,
+                                             const std::string& place) const {
+    const Json& ends = list(member(j, "endpoints", place), place + ": \"endpoints\"");
+    if (ends.size() != 2) refuse(place, "must have two endpoints");
+    std::array<std::int32_t, 2> endpoints = {0, 0};
+    for (std::size_t i = 0; i < 2; ++i) {
+      endpoints[i] = index(ends[i], place + ": an endpoint");
+      if (endpoints[i] >= static_cast<std::int32_t>(panel.vertices.size()))
+        refuse(place, fmt::format("names vertex {}, but the panel has {} vertices; correct its "
+                                  "endpoints",
+                                  endpoints[i], panel.vertices.size()));
+    }
+    return endpoints;
+  }
+
+  /// A number is the ratio.
+  PatternElastic read_elastic(const Json& j, const std::string& place) const {
+    PatternElastic elastic;
+    const std::string where = place + ": \"elastic\"";
+    if (j.is_object()) {
+      elastic.ratio = number(member(j, "ratio", where), where + ": \"ratio\"");
+      if (j.contains("stiffness"))
+        elastic.stiffness = number(j["stiffness"], where + ": \"stiffness\"");
+    } else {
+      elastic.ratio = number(j, where);
+    }
+    if (elastic.ratio == 0.0) refuse(where, "has no length; give a ratio above 0");
+    return elastic;
+  }
+
+  PatternLine read_line(const PatternPanel& panel, const Json& j, const std::string& place) const {
+    object(j, place);
+    PatternLine line;
+    line.endpoints = read_endpoints(panel, j, place);
+    if (j.contains("angle"))
+      line.angle = number(j["angle"], place + ": \"angle\"") * std::numbers::pi / 180.0;
+    if (j.contains("stiffness")) line.stiffness = number(j["stiffness"], place + ": \"stiffness\"");
+    if (j.contains("elastic")) line.elastic = read_elastic(j["elastic"], place);
+    return line;
+  }
+
   PatternEdge read_edge(const PatternPanel& panel, const Json& j, const std::string& place) {
     object(j, place);
     PatternEdge edge;
-    const Json& ends = list(member(j, "endpoints", place), place + ": \"endpoints\"");
-    if (ends.size() != 2) refuse(place, "must have two endpoints");
-    for (int i = 0; i < 2; ++i) {
-      edge.endpoints[i] = index(ends[i], place + ": an endpoint");
-      if (edge.endpoints[i] >= static_cast<std::int32_t>(panel.vertices.size()))
-        refuse(place, fmt::format("names vertex {}, but the panel has {} vertices; correct its "
-                                  "endpoints",
-                                  edge.endpoints[i], panel.vertices.size()));
-    }
+    edge.endpoints = read_endpoints(panel, j, place);
+    if (j.contains("elastic")) edge.elastic = read_elastic(j["elastic"], place);
     if (j.contains("label")) edge.label = label(j, place);
     if (j.contains("curvature") && !j["curvature"].is_null()) {
       from_ = panel.vertices[edge.endpoints[0]];
@@ -309,29 +376,53 @@ class PatternReader {
     for (std::size_t s = 0; s < stitches.size(); ++s)
       read_stitch(stitches[s], fmt::format("stitch {}:", s));
     for (PatternStitch& stitch : pattern_.stitches)
-      if (newer_ && stitch.direction == PatternStitch::Direction::unknown)
+      if (newer_ && stitch.direction == PatternStitch::Direction::unknown &&
+          !pattern_.is_on_a_line(stitch))
         stitch.direction = PatternStitch::Direction::end_to_start;
   }
 
   void read_stitch(const Json& j, const std::string& place) {
     list(j, place);
-    if (j.size() != 2 && j.size() != 3)
-      refuse(place, fmt::format("must have two sides, not {}", j.size()));
+    if (j.size() < 2) refuse(place, fmt::format("must have two sides, not {}", j.size()));
     PatternStitch stitch;
     DrawnStitch drawn;
     stitch.a = read_side(j[0], drawn.a, place);
     stitch.b = read_side(j[1], drawn.b, place);
-    if (j.size() == 3) {
-      const std::string word = text(j[2], place + " its third entry");
-      if (word != "right_wrong")
-        refuse(place, fmt::format("ends with {}; only \"right_wrong\" may follow the two sides",
-                                  quoted(word)));
-      newer_ = true;
-      stitch.direction = PatternStitch::Direction::start_to_start;
-      drawn.start_to_start = true;
-    }
+    for (std::size_t i = 2; i < j.size(); ++i) read_word(j[i], stitch, place);
+    drawn.start_to_start = stitch.direction == PatternStitch::Direction::start_to_start;
+    drawn.closure = stitch.closure;
+    drawn.buttons = stitch.buttons;
     pattern_.stitches.push_back(stitch);
     drawn_.stitches.push_back(std::move(drawn));
+  }
+
+  /// What follows the two sides: "right_wrong", "zip", or buttons by their number or places.
+  void read_word(const Json& j, PatternStitch& stitch, const std::string& place) {
+    if (j.is_object()) {
+      const Json& buttons = member(j, "buttons", place);
+      stitch.closure = PatternStitch::Closure::buttons;
+      if (!buttons.is_array()) {
+        const std::int32_t count = index(buttons, place + " its \"buttons\"");
+        if (count < 1 || count > kMostButtons)
+          refuse(place, fmt::format("has {} buttons; give 1 to {}", count, kMostButtons));
+        for (std::int32_t i = 0; i < count; ++i) stitch.buttons.push_back((i + 0.5) / count);
+        return;
+      }
+      for (const Json& at : buttons)
+        stitch.buttons.push_back(number(at, place + " one of its \"buttons\""));
+      return;
+    }
+    const std::string word = text(j, place + " what follows its two sides");
+    if (word == "zip") {
+      stitch.closure = PatternStitch::Closure::zip;
+    } else if (word == "right_wrong") {
+      newer_ = true;
+      stitch.direction = PatternStitch::Direction::start_to_start;
+    } else {
+      refuse(place, fmt::format("ends with {}; only \"right_wrong\", \"zip\" or {{\"buttons\": 5}} "
+                                "may follow the two sides",
+                                quoted(word)));
+    }
   }
 
   /// A side is an edge, edges in a row, perhaps those of a mirror image, or a list of such.
@@ -352,7 +443,7 @@ class PatternReader {
       for (const Json& edge : list(j["edges"], place + " its \"edges\""))
         link.edges.push_back(index(edge, place + " one of its \"edges\""));
       if (link.edges.empty()) refuse(place, "has a side without edges");
-    } else {
+    } else if (!j.contains("line")) {
       link.edges = {index(member(j, "edge", place), place + " its \"edge\"")};
     }
     if (j.contains("mirror")) {
@@ -362,6 +453,13 @@ class PatternReader {
     }
     for (const PatternPanel& panel : pattern_.panels) {
       if (panel.name == name) {
+        if (link.edges.empty()) {  // the lines are numbered after the edges
+          const std::int32_t line = index(j["line"], place + " its \"line\"");
+          if (line >= static_cast<std::int32_t>(panel.lines.size()))
+            refuse(place, fmt::format("names line {} of panel {}, which has {}", line, quoted(name),
+                                      counted(panel.lines.size(), "line")));
+          link.edges = {static_cast<std::int32_t>(panel.edges.size()) + line};
+        }
         chain.push_back(link);
         return {link.panel, link.edges.front()};
       }

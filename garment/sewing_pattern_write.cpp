@@ -32,6 +32,18 @@ Vec3 angles_of(const Mat3& r) {
   return angles * (180.0 / std::numbers::pi);
 }
 
+OrderedJson json_elastic(const PatternElastic& elastic) {
+  return {{"ratio", elastic.ratio}, {"stiffness", elastic.stiffness}};
+}
+
+OrderedJson json_line(const PatternLine& line) {
+  OrderedJson j = {{"endpoints", {line.endpoints[0], line.endpoints[1]}}};
+  if (line.angle) j["angle"] = *line.angle * (180.0 / std::numbers::pi);
+  if (line.angle) j["stiffness"] = line.stiffness;
+  if (line.elastic.ratio > 0.0) j["elastic"] = json_elastic(line.elastic);
+  return j;
+}
+
 OrderedJson json_edge(const PatternEdge& edge) {
   OrderedJson j = {{"endpoints", {edge.endpoints[0], edge.endpoints[1]}}};
   const PatternCurve& curve = edge.curve;
@@ -51,6 +63,7 @@ OrderedJson json_edge(const PatternEdge& edge) {
     j["curvature"] = {{"type", "polyline"}, {"params", points}};
   }
   if (!edge.label.empty()) j["label"] = edge.label;
+  if (edge.elastic.ratio > 0.0) j["elastic"] = json_elastic(edge.elastic);
   return j;
 }
 
@@ -68,6 +81,8 @@ OrderedJson json_panel(const PatternPanel& panel) {
   for (const Vec2& v : panel.vertices) j["vertices"].push_back(json_point(v));
   j["edges"] = OrderedJson::array();
   for (const PatternEdge& edge : panel.edges) j["edges"].push_back(json_edge(edge));
+  for (const PatternLine& line : panel.lines) j["lines"].push_back(json_line(line));
+  if (!panel.fabric.empty()) j["fabric"] = panel.fabric;
   // Its presence marks the newer format, in which the file fixes which ends of two edges meet.
   j["label"] = panel.label;
   return j;
@@ -79,11 +94,17 @@ std::string sewing_pattern_text(const SewingPattern& pattern) {
   OrderedJson panels = OrderedJson::object(), stitches = OrderedJson::array();
   for (const PatternPanel& panel : pattern.panels) panels[panel.name] = json_panel(panel);
   const auto side = [&](const PatternStitch::Side& s) {
-    return OrderedJson{{"panel", pattern.panels[s.panel].name}, {"edge", s.edge}};
+    const PatternPanel& panel = pattern.panels[s.panel];
+    const std::int32_t line = s.edge - static_cast<std::int32_t>(panel.edges.size());
+    return line < 0 ? OrderedJson{{"panel", panel.name}, {"edge", s.edge}}
+                    : OrderedJson{{"panel", panel.name}, {"line", line}};
   };
   for (const PatternStitch& stitch : pattern.stitches) {
     OrderedJson& j = stitches.emplace_back(OrderedJson::array({side(stitch.a), side(stitch.b)}));
     if (stitch.direction == PatternStitch::Direction::start_to_start) j.push_back("right_wrong");
+    if (stitch.closure == PatternStitch::Closure::zip) j.push_back("zip");
+    if (stitch.closure == PatternStitch::Closure::buttons)
+      j.push_back({{"buttons", stitch.buttons}});
   }
   const OrderedJson j = {{"pattern", {{"panels", panels}, {"stitches", stitches}}},
                          {"properties",

@@ -24,7 +24,8 @@ double side_distance(const std::array<Eigen::Vector2d, 2>& side, const Eigen::Ve
 
 }  // namespace
 
-SizeField::SizeField(std::span<const Eigen::Vector2d> loop, double length, std::int64_t cells)
+SizeField::SizeField(std::span<const Eigen::Vector2d> loop, std::span<const Side> lines,
+                     double length, std::int64_t cells)
     : cell_(length) {
   Eigen::Vector2d low = loop[0], high = loop[0];
   for (const Eigen::Vector2d& p : loop) {
@@ -41,7 +42,10 @@ SizeField::SizeField(std::span<const Eigen::Vector2d> loop, double length, std::
   columns_ = static_cast<std::int64_t>(counts.x());
   rows_ = static_cast<std::int64_t>(counts.y());
   size_.assign(columns_ * rows_, length);
-  enter_sides(loop);
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    sides_.push_back({loop[i], loop[(i + 1) % loop.size()]});
+  sides_.insert(sides_.end(), lines.begin(), lines.end());
+  enter_sides();
   grade();
 }
 
@@ -52,18 +56,17 @@ std::size_t SizeField::cell_of(const Eigen::Vector2d& p) const {
   return place(p.y() - low_.y(), rows_) * columns_ + place(p.x() - low_.x(), columns_);
 }
 
-void SizeField::enter_sides(std::span<const Eigen::Vector2d> loop) {
+void SizeField::enter_sides() {
   std::vector<std::pair<std::size_t, std::int32_t>> entries;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const Eigen::Vector2d &a = loop[i], &b = loop[(i + 1) % loop.size()];
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    const auto& [a, b] = sides_[i];
     const double length = (b - a).norm();
     const auto samples = static_cast<std::int32_t>(std::ceil(2.0 * length / cell_)) + 1;
     for (std::int32_t k = 0; k <= samples; ++k) {
       const std::size_t cell = cell_of(a + (static_cast<double>(k) / samples) * (b - a));
       size_[cell] = std::min(size_[cell], std::max(length, kShortest * cell_));
-      entries.push_back({cell, static_cast<std::int32_t>(sides_.size())});
+      entries.push_back({cell, static_cast<std::int32_t>(i)});
     }
-    sides_.push_back({a, b});
   }
   std::sort(entries.begin(), entries.end());
   entries.erase(std::unique(entries.begin(), entries.end()), entries.end());

@@ -95,6 +95,7 @@ std::pair<std::string, py::dict> dress_garment(const SharedMethods& methods,
   folder.out = options["out"].cast<std::string>();
   folder.pictures = options["pictures"].cast<bool>();
   folder.body_file = meshes.axes;
+  folder.pose_formats = options["pose_formats"].cast<std::vector<std::string>>();
   if (py::isinstance<py::str>(body)) folder.body_name = body.cast<std::string>();
   const UpAxis up = axis_of(given<std::string>(options, "up").value_or("y"));
   DressResult result = stoppable([&] {

@@ -4,6 +4,7 @@
 #include <selvedge/core/cloth/cloth_mesh.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace selvedge {
@@ -84,6 +85,10 @@ ClothMesh make_supported(const TriangleMesh& closed, const SupportConstants& sup
 /// std::invalid_argument if surface and pattern do not match.
 ClothMesh make_from_pattern(const TriangleMesh& surface, const TriangleMesh& pattern,
                             const Material& material);
+/// The same of several fabrics: triangle i has the material with the number fabric[i].
+ClothMesh make_from_pattern(const TriangleMesh& surface, const TriangleMesh& pattern,
+                            std::span<const Material> materials,
+                            std::span<const std::int32_t> fabric);
 
 /// A disc of woven cloth with its yarns along x and y, `cells` cells across: the cells of a
 /// rectangular mesh whose triangles lie in the disc, with the rim vertices moved onto the circle.

@@ -20,9 +20,11 @@ namespace selvedge::detail {
 /// A stitch of a garment: a[i] is sewn to b[i]; vertices of the flat pattern.
 struct Stitching {
   std::vector<std::int32_t> a, b;
-  double spacing = 0.0;  ///< m, of the pairs along the seam
-  double ease = 0.0;     ///< excess of the longer side over the shorter one
-  double span = 0.0;     ///< m, mean distance of its pairs at the start
+  double spacing = 0.0;           ///< m, of the pairs along the seam
+  double ease = 0.0;              ///< excess of the longer side over the shorter one
+  double span = 0.0;              ///< m, mean distance of its pairs at the start
+  bool closes_last = false;       ///< a zip or buttons
+  std::vector<char> is_joined{};  ///< of each pair, by buttons; empty: all are sewn
 
   /// Whether the longer side is gathered into the seam.
   bool is_gathered() const { return ease > 0.25; }
@@ -43,6 +45,10 @@ struct DividedEdge {
   std::vector<std::int32_t> vertices;
 };
 
+/// A fold line or an elastic: rows of vertices of the flat pattern.
+using DividedFold = GarmentMesh::Fold;
+using DividedElastic = GarmentMesh::Elastic;
+
 /// A garment below, in one state.
 struct UnderLayer {
   const WornGarment* worn = nullptr;  ///< of DressConfig::under
@@ -57,20 +63,26 @@ struct Garment {
   std::vector<std::int32_t> corner;  ///< of each vertex of `flat`, that of the surface
   std::vector<std::int32_t> panel_of_triangle;
   std::vector<Stitching> stitches;
+  bool is_closing = false;  ///< zips and buttons are pulled together, too
   std::vector<DividedEdge> borders;
+  std::vector<DividedFold> folds;
+  std::vector<DividedElastic> elastics;
+  std::vector<std::string> panel_fabrics;
   std::vector<char> mirrored;      ///< per panel: `flat` mirrors the plane of the pattern
   std::vector<std::int32_t> held;  ///< vertices of `flat` on edges that a label holds
   std::vector<UnderLayer> under;   ///< as cloth, their vertices follow those of the garment
 
   /// Whether a choice includes stitch `s`.
   bool is_chosen(std::size_t s, SeamChoice choice) const;
-  /// The pairs of stitch `s` that are not one vertex, as vertices of the surface.
+  /// The pairs of stitch `s` that are not one vertex, as vertices of the surface; none of one that
+  /// closes last before `is_closing`.
   std::vector<Edge> open_pairs(std::size_t s) const;
   std::size_t open_pairs() const;
-  double opening(std::size_t s) const;  ///< m, the largest distance of a pair
-  double largest_opening() const;       ///< m
-  std::size_t widest_seam() const;      ///< the stitch with the largest opening; 0 without stitches
-  double mean_opening() const;          ///< m, of the open pairs
+  std::size_t pairs(std::size_t s) const;  ///< of stitch `s` that are sewn or joined by buttons
+  double opening(std::size_t s) const;     ///< m, the largest distance of a pair
+  double largest_opening() const;          ///< m
+  std::size_t widest_seam() const;  ///< the stitch with the largest opening; 0 without stitches
+  double mean_opening() const;      ///< m, of the open pairs
 };
 
 Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> under = {},
@@ -89,6 +101,7 @@ struct PhaseSettings {
   double bending = 1.0;         ///< factor of the bending stiffness of the garment
   double merge = 0.0;  ///< share of the spacing of a seam at which its pairs merge; 0: they do not
   bool limit_strain = true;
+  bool with_elastics = true;  ///< they pull
   /// Garments below rest in place, as bodies do, instead of moving as cloth.
   bool hold_under = false;
   SeamChoice seams = SeamChoice::all;  ///< that pull
@@ -171,7 +184,8 @@ std::span<const T> of_garment(const Simulation& simulation, std::span<const T> v
 }
 /// Mean height of the garment, by mass, m.
 double garment_height(const Simulation& simulation);
-/// Largest strain of a spring of one piece: 0 is the garment, the others lie below it.
+/// Largest strain of a spring of one piece, elastics left out: 0 is the garment, the others lie
+/// below it.
 double max_stretch(const Simulation& simulation, std::size_t piece);
 
 /// Adds the result of a simulation that ends: clean, states, and seconds under the name of a phase.
@@ -187,8 +201,9 @@ struct SewAttempt {
   std::vector<SeamChoice> stages;  ///< the seams that pull, one choice after the other
 };
 
-/// Closes and merges all seams. Throws DressFailed that names the stitch.
-void sew(Garment& garment, const Dressing& dressing, const SewAttempt& attempt,
+/// Closes and merges all seams; in the phase `close`, zips and buttons as well. Throws DressFailed
+/// that names the stitch.
+void sew(Garment& garment, const Dressing& dressing, DressPhase phase, const SewAttempt& attempt,
          DressResult& result);
 /// Where a panel belongs on the body.
 struct PanelPlace {

@@ -32,6 +32,7 @@ struct PatternStand {
   /// m, from a sleeve to where it belongs, the farthest, across the view from the front and after
   /// the trunk has come to its place; large for a pattern for arms at another angle
   double sleeves = 0.0;
+  bool is_upside_down = false;  ///< trunk, skirt and legs stand with their tops at the bottom
 };
 PatternStand stand_of(const SewingPattern& pattern, const TriangleMesh& body,
                       const BodyLandmarks& landmarks);

@@ -105,6 +105,14 @@ class PanelPlacer {
                      PatternStitch::Direction direction) {
       if (other.panel == p) return;
       Seam seam{edge, other.panel, other.edge, edge_length(panel(p), edge), {}, {}};
+      if (panel(p).is_line(edge) || panel(other.panel).is_line(other.edge)) {
+        // Either way round: the middles meet.
+        seam.own = {edge_point(panel(p), edge, 0.5)};
+        if (placed_[other.panel])
+          seam.partners = {
+              place_point(panel(other.panel), edge_point(panel(other.panel), other.edge, 0.5))};
+        return seams.push_back(std::move(seam));
+      }
       seam.own = divide_edge(panel(p), edge, kEdgePieces);
       if (placed_[other.panel]) {
         bool same = direction == PatternStitch::Direction::start_to_start;

@@ -93,4 +93,28 @@ std::optional<std::pair<std::int32_t, std::int32_t>> loop_crossing(
   return std::nullopt;
 }
 
+std::optional<std::int32_t> line_crossing(std::span<const GridPoint> points, std::int32_t sides,
+                                          std::span<const std::array<std::int32_t, 2>> lines) {
+  using Line = std::array<std::int32_t, 2>;
+  const auto at = [&](std::int32_t i) -> const GridPoint& { return points[i]; };
+  const auto meet = [&](const Line& p, const Line& q) {
+    for (const int i : {0, 1})
+      for (const int j : {0, 1}) {
+        if (p[i] != q[j]) continue;
+        // From their common end, one may lie on the other.
+        const GridPoint &from = at(p[i]), &a = at(p[1 - i]), &b = at(q[1 - j]);
+        return turn(from, a, b) == 0 && dot_from(from, a, b) > 0;
+      }
+    return sides_meet(at(p[0]), at(p[1]), at(q[0]), at(q[1]));
+  };
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    bool is_fault = at(lines[k][0]) == at(lines[k][1]);
+    for (std::int32_t i = 0; i < sides && !is_fault; ++i)
+      is_fault = meet(lines[k], {i, (i + 1) % sides});
+    for (std::size_t m = 0; m < k && !is_fault; ++m) is_fault = meet(lines[k], lines[m]);
+    if (is_fault) return static_cast<std::int32_t>(k);
+  }
+  return std::nullopt;
+}
+
 }  // namespace selvedge::detail

@@ -3,7 +3,9 @@
 
 #include <selvedge/core/base/types.h>
 
+#include <array>
 #include <optional>
+#include <span>
 #include <utility>
 
 namespace selvedge::detail {
@@ -37,5 +39,11 @@ int in_circle(const GridPoint& a, const GridPoint& b, const GridPoint& c, const 
 /// Two sides of a closed loop that cross or touch, or none. Side i runs from point i to the next
 /// one. Neighbours touch only if one folds back onto the other. A side of length 0 touches itself.
 std::optional<std::pair<std::int32_t, std::int32_t>> loop_crossing(std::span<const GridPoint> loop);
+
+/// The first line that crosses or touches a side of the loop or an earlier line elsewhere than at a
+/// common end, or has no length; or none. The first `sides` points are the loop; a line names two
+/// points.
+std::optional<std::int32_t> line_crossing(std::span<const GridPoint> points, std::int32_t sides,
+                                          std::span<const std::array<std::int32_t, 2>> lines);
 
 }  // namespace selvedge::detail

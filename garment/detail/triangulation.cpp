@@ -15,21 +15,22 @@ constexpr int last_corner(int i) { return i == 0 ? 2 : i - 1; }
 
 }  // namespace
 
-Triangulation::Triangulation(std::span<const GridPoint> loop) {
+Triangulation::Triangulation(std::span<const GridPoint> points, std::int32_t sides,
+                             std::span<const std::array<std::int32_t, 2>> lines) {
   // Differences of coordinates stay below 5·2^26 < 2^29.
   points_ = {{-2 * kExtent, -kExtent}, {3 * kExtent, -kExtent}, {kExtent / 2, 4 * kExtent}};
   cell_of_ = {0, 0, 0};
   cells_.push_back({.v = {0, 1, 2}, .across = {kNone, kNone, kNone}});
-  cells_[0].inside = true;  // while the loop is inserted
+  cells_[0].inside = true;  // while the points are inserted
   std::int32_t at = 0;
-  for (const GridPoint& p : loop) {
+  for (const GridPoint& p : points) {
     at = locate(p, at);
     const std::int32_t point = insert(p, at);
     SELVEDGE_ASSERT(point != kNone);
     at = cell_of_[point];
   }
-  const auto n = static_cast<std::int32_t>(loop.size());
-  for (std::int32_t i = 0; i < n; ++i) recover(kOuter + i, kOuter + (i + 1) % n);
+  for (std::int32_t i = 0; i < sides; ++i) recover(kOuter + i, kOuter + (i + 1) % sides);
+  for (const auto& [a, b] : lines) recover(kOuter + a, kOuter + b);
   restore();
   mark_inside();
 }

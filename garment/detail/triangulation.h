@@ -5,12 +5,14 @@
 #include <selvedge/garment/detail/grid_plane.h>
 
 #include <array>
+#include <span>
 #include <vector>
 
 namespace selvedge::detail {
 
-/// Constrained Delaunay triangulation of the plane about a simple loop, with exact decisions.
-/// Points are inserted one at a time [Lawson1977]; the sides of the loop are recovered by flips
+/// Constrained Delaunay triangulation of the plane about a simple loop and lines inside it, with
+/// exact decisions.
+/// Points are inserted one at a time [Lawson1977]; sides and lines are recovered by flips
 /// [Sloan1993]. The first three points are a triangle around everything and belong to no inner
 /// triangle.
 class Triangulation {
@@ -21,12 +23,14 @@ class Triangulation {
   struct Cell {
     std::array<std::int32_t, 3> v;       // counter-clockwise
     std::array<std::int32_t, 3> across;  // the cell across the side opposite v[i], or kNone
-    std::array<bool, 3> fixed = {false, false, false};  // that side is a side of the loop
+    std::array<bool, 3> fixed = {false, false, false};  // that side is one of the loop or of a line
     bool inside = false;
   };
 
-  /// `loop` is simple (see loop_crossing). Its point i becomes point kOuter + i.
-  explicit Triangulation(std::span<const GridPoint> loop);
+  /// The first `sides` points are a simple loop (see loop_crossing), the others lie inside. Point i
+  /// becomes point kOuter + i. `lines` join two of the points each, cross nothing and pass none.
+  Triangulation(std::span<const GridPoint> points, std::int32_t sides,
+                std::span<const std::array<std::int32_t, 2>> lines);
 
   const std::vector<GridPoint>& points() const { return points_; }
   const std::vector<Cell>& cells() const { return cells_; }

@@ -15,6 +15,15 @@ struct PatternNotch {
   std::string name;  ///< empty: meets the notch without a name in the same order
 };
 
+/// A fold of cloth that is taken out of an edge and lies behind it, such as below a waist.
+struct DrawnPleat {
+  std::int32_t edge = 0;
+  double at = 0.5;      ///< share of the length of the edge: the middle of the cloth taken up
+  double depth = 0.0;   ///< m, of the fold: it takes twice as much out of the edge
+  double length = 0.0;  ///< m, by which the folds lead straight on from the edge
+  bool to_end = false;  ///< the fold lies toward the end of the edge, otherwise toward its start
+};
+
 /// A piece as a person draws it: half of it on a fold, one for a pair, with notches.
 struct DrawnPanel {
   PatternPanel panel;
@@ -24,6 +33,8 @@ struct DrawnPanel {
   bool is_right = false;  ///< one of a pair, drawn for the right side
   Vec2 grain = Vec2(0.0, 1.0);  ///< unit, direction of the warp
   std::vector<PatternNotch> notches{};
+  std::vector<DrawnPleat> pleats{};
+  std::vector<char> is_taken_up{};  ///< per edge, by pleats: chains pass over it; empty: none is
 };
 
 /// Edges that follow each other along the loop of a piece.
@@ -40,6 +51,8 @@ using DrawnChain = std::vector<DrawnLink>;
 struct DrawnStitch {
   DrawnChain a, b;
   bool start_to_start = false;  ///< the starts meet instead
+  PatternStitch::Closure closure = PatternStitch::Closure::seam;
+  std::vector<double> buttons{};  ///< shares of the length of side a
 };
 
 /// A pattern as people draw it.
@@ -52,8 +65,13 @@ struct DrawnPattern {
 /// The pattern as it is sewn: folds opened, pairs made (NAME.left and NAME.right), the grain turned
 /// upright, and chains divided so that every edge is sewn to one other edge. A chain of one side
 /// meets the other by equal shares of length between notches; ends that are less than 3 mm apart
-/// meet. A stitch between pieces that both have a mirror image is made twice.
+/// meet. A stitch between pieces that both have a mirror image is made twice. Pleats become folds
+/// whose halves are sewn to each other along the edge.
 /// Throws std::invalid_argument with pattern, stitch or panel, fault and remedy.
 SewingPattern as_sewn(const DrawnPattern& drawn);
+
+/// The same pattern with edges that end at the pleats, lines on which they are folded, and stitches
+/// that close them. Throws std::invalid_argument for pleats that do not fit on their edge.
+DrawnPattern with_pleats(DrawnPattern drawn);
 
 }  // namespace selvedge

@@ -70,6 +70,10 @@ SeamSpec seam_of(const GarmentMesh::Stitch& stitch, const std::string& piece,
   seam.name = fmt::format("{}: {}", piece, stitch.name);
   seam.geometry = {piece, piece};
   for (std::size_t i = 0; i < stitch.a.size(); ++i) {
+    if (stitch.closure == PatternStitch::Closure::buttons &&
+        !std::binary_search(stitch.buttons.begin(), stitch.buttons.end(),
+                            static_cast<std::int32_t>(i)))
+      continue;
     if (stitch.a[i] == stitch.b[i]) continue;  // the tip of a dart
     seam.vertices[0].push_back(stitch.a[i]);
     seam.vertices[1].push_back(stitch.b[i]);
@@ -92,6 +96,8 @@ void read_garment(const LocatedJson& document, const std::string& path, PieceOf<
     seams.push_back(seam_of(stitch, piece.cloth.name, keys.sewing));
   ClothFile shape;
   shape.mesh = {std::move(garment.placed), garment.flat.triangles};
+  // The warp runs along x of a flat mesh, and along y of a panel.
+  for (Vec3& x : garment.flat.vertices) x = Vec3(x.y(), -x.x(), 0.0);
   shape.rest_mesh = std::move(garment.flat);
   piece.cloth.shape = std::move(shape);
 }

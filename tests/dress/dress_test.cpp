@@ -600,6 +600,10 @@ TEST(DressFolder, HoldsTheGarmentAtEachPoseAndTheWayThere) {
   folder.every_step = true;
   folder.body_file.up = UpAxis::z;
   folder.pose_names = {"first", "second"};
+  folder.pose_formats = {"gltf", "nonesuch"};
+  EXPECT_THROW(dress_into_folder(tube(0.6, 0.3, 0.32), body, config, folder),
+               std::invalid_argument);
+  folder.pose_formats = {"gltf", "usd", "pc2"};
   const DressResult r = dress_into_folder(tube(0.6, 0.3, 0.32), body, config, folder);
   EXPECT_EQ(r.fault(), "");
   for (const char* name : {"first.obj", "second.obj", "0002.obj"}) {
@@ -623,6 +627,16 @@ TEST(DressFolder, HoldsTheGarmentAtEachPoseAndTheWayThere) {
   EXPECT_LT((last.vertices[0] - config.motion.poses.back().vertices[0]).norm(), 1e-12);
   EXPECT_EQ(count(out / "frames", "bodies_"), 1);
   EXPECT_NE(text_of(out / "result.json").find("\"motion\""), std::string::npos);
+  // For other programs: pieces with normals, texture coordinates and colours.
+  const std::string glb = text_of(out / "motion" / "result.glb"),
+                    usd = text_of(out / "motion" / "result.usda");
+  for (const char* word : {"\"garment\"", "\"body\"", "NORMAL", "TEXCOORD_0", "baseColorFactor"})
+    EXPECT_NE(glb.find(word), std::string::npos) << word;
+  for (const char* word : {"\"garment\"", "\"body\"", "normals", "primvars:st", "displayColor"})
+    EXPECT_NE(usd.find(word), std::string::npos) << word;
+  constexpr std::size_t head = 32, point = 12;  // bytes
+  EXPECT_EQ(fs::file_size(out / "motion" / "cloth.pc2"),
+            head + static_cast<std::size_t>(frames) * point * r.garment.vertices.size());
   fs::remove_all(out);
 }
 

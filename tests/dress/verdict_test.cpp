@@ -209,6 +209,29 @@ TEST(PatternStand, AHeightAndArmsOfAnotherBodyAreSeen) {
   }
 }
 
+/// Turned over about any level axis through its middle, a pattern is upside down; others are not.
+TEST(PatternStand, UpsideDownIsSeen) {
+  const TriangleMesh body = read_mesh(kRoot / "data/bodies/mannequin_arms_out.ply");
+  const BodyLandmarks marks = find_landmarks(body);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> way(-3.1, 3.1), tilt(-0.5, 0.5);
+  for (const auto& entry : fs::directory_iterator(kRoot / "data/patterns")) {
+    if (entry.path().extension() != ".json") continue;
+    const SewingPattern pattern = read_sewing_pattern(entry.path());
+    for (const bool is_over : {false, true}) {
+      const double angle = (is_over ? 3.14159 : 0.0) + tilt(random), at = way(random);
+      const Mat3 turn = Eigen::AngleAxisd(angle, Vec3(std::cos(at), std::sin(at), 0.0)).matrix();
+      const Vec3 middle = marks.waist.middle;
+      SewingPattern placed = pattern;
+      for (PatternPanel& panel : placed.panels) {
+        panel.rotation = turn * panel.rotation;
+        panel.translation = middle + turn * (panel.translation - middle);
+      }
+      EXPECT_EQ(detail::stand_of(placed, body, marks).is_upside_down, is_over) << entry.path();
+    }
+  }
+}
+
 TEST(PatternStand, PublicPatternsStandWellOnTheirBodiesAlone) {
   const fs::path shared = kRoot / "../shared/data/garments";
   if (!fs::exists(shared)) GTEST_SKIP() << shared << " does not exist";
@@ -224,6 +247,7 @@ TEST(PatternStand, PublicPatternsStandWellOnTheirBodiesAlone) {
     const detail::PatternStand stand = detail::stand_of(pattern, body, find_landmarks(body));
     EXPECT_LT(std::abs(stand.height), 0.06) << entry.path();
     EXPECT_LT(stand.sleeves, 0.06) << entry.path();
+    EXPECT_FALSE(stand.is_upside_down) << entry.path();
     if (!is_newer) continue;
     const detail::PatternStand low = detail::stand_of(pattern, taller, find_landmarks(taller));
     EXPECT_NEAR(low.height - stand.height, 0.12, 0.02) << entry.path();

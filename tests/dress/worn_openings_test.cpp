@@ -214,6 +214,44 @@ TEST(WornOpenings, AGarmentBesideTheBodyHasOnlyEmptyOnes) {
   EXPECT_EQ(parts_of(measured(start, worn, p)).count({}), 5u);
 }
 
+/// A hole in the cloth around a point of the trunk, which shows skin that belongs there.
+TEST(WornOpenings, AKeyholeIsNoFault) {
+  const Person p = person();
+  std::mt19937 random(15);
+  std::uniform_real_distribution<double> radius(0.045, 0.09), height(1.05, 1.3), angle(-3.1, 3.1);
+  for (int seed = 0; seed < 16; ++seed) {
+    const double z = height(random), turn = angle(random), size = radius(random);
+    const Vec3 way(std::cos(turn), std::sin(turn), 0.0);
+    std::size_t at = 0;
+    const auto reach = [&](std::size_t v) {
+      const Vec3& x = p.body.vertices[v];
+      return std::abs(x.z() - z) < 0.03 && std::abs(x.x()) < 0.2 ? x.dot(way) : -1.0;
+    };
+    for (std::size_t v = 0; v < p.body.vertices.size(); ++v)
+      if (reach(v) > reach(at)) at = v;
+    const Vec3 middle = p.body.vertices[at];
+    const bool is_open = seed % 4 == 3;  // in front, as a jacket
+    const Suit suit;
+    const detail::Garment worn = second_skin(p, [&](std::size_t v) {
+      const Vec3& x = p.body.vertices[v];
+      if (is_open && x.dot(p.marks.forward) > 0.0 && std::abs(x.x()) < 0.05) return false;
+      return suit.covers(p, v) && (x - middle).norm() > size;
+    });
+    const DressResult r = measured(worn, worn, p);
+    EXPECT_EQ(r.verdict(), "good") << seed;
+    DressResult blind = r;
+    for (GarmentOpening& opening : blind.openings) opening.is_hole = false;
+    EXPECT_EQ(blind.verdict().find("no head, arm or leg") != std::string::npos,
+              parts_of(r).contains({}))
+        << seed;
+    if (is_open && middle.dot(p.marks.forward) > 0.0) continue;
+    EXPECT_EQ(std::count_if(r.openings.begin(), r.openings.end(),
+                            [](const GarmentOpening& o) { return o.parts.empty(); }),
+              1)
+        << seed;
+  }
+}
+
 TEST(WornOpenings, AHoodOffTheHeadIsNamed) {
   const Person p = person();
   const Vec3 head = 0.5 * (p.marks.top + p.marks.neck.middle);

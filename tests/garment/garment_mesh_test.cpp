@@ -135,7 +135,7 @@ TEST(PolygonMesh, AShortSideMakesShortEdgesNearItAlone) {
   std::vector<Vec2> loop =
       sampled(std::vector<Vec2>{{0, 0}, {0.1, 0}, {0.2, 0}, {0.2, 0.2}, {0, 0.2}}, kLong);
   loop.insert(loop.begin() + 6, Vec2(0.1 + kShort, 0.0));
-  const detail::SizeField field(loop, kLong, 10000);
+  const detail::SizeField field(loop, {}, kLong, 10000);
   EXPECT_NEAR(field.size({0.101, 0.001}), kShort, 1e-12);
   for (const double height : {0.03, 0.04, 0.05}) {
     EXPECT_LE(field.size({0.1, height}), kShort + kGrowth * (height + kLong)) << height;
@@ -290,7 +290,7 @@ TEST(Triangulation, HasTheSidesOfItsLoopAndTheAreaInIt) {
                       (1 << 25) + std::llround(radius * std::sin(angle))});
     }
     ASSERT_FALSE(detail::loop_crossing(loop)) << seed;
-    const detail::Triangulation mesh(loop);
+    const detail::Triangulation mesh(loop, static_cast<std::int32_t>(loop.size()), {});
     std::int64_t area = 0, expected = 0;  // twice the area
     for (std::size_t i = 0; i < loop.size(); ++i) {
       const detail::GridPoint &a = loop[i], &b = loop[(i + 1) % n];

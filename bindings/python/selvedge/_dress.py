@@ -33,6 +33,7 @@ def dress(
     friction: Optional[float] = None,
     poses: Sequence[Body] = (),
     pose_rate: float = 30.0,
+    pose_formats: Sequence[str] = (),
     up: Optional[str] = None,
     unit: Optional[float] = None,
     fit_origin: bool = False,
@@ -50,6 +51,7 @@ def dress(
         friction: between fabric and body.
         poses: of the body, in order, as `body`, with the same triangles; such as an armature gives.
         pose_rate: poses per second.
+        pose_formats: of the motion beside PLY, such as "gltf", "usd" or "pc2", in motion/.
         up: axis of pattern and body file that points up: "x", "y" or "z"; None: y, or what the
             body's file states.
         unit: metres per unit of the body's file; None: what it states, else 1.
@@ -76,6 +78,7 @@ def dress(
         "resolution": resolution,
         "friction": friction,
         "pose_rate": pose_rate,
+        "pose_formats": [str(name) for name in pose_formats],
         "up": up,
         "unit": unit,
         "fit_origin": fit_origin,

@@ -41,7 +41,10 @@ def test_a_garment_follows_poses_from_arrays(tmp_path):
     body = selvedge.dress(PATTERN, BODY, tmp_path / "first", **COARSE)["garment"]["body_x"]
     triangles = body_triangles(BODY)
     poses = [(body + [0.0, 0.01 * k, 0.0], triangles) for k in (1, 2)]
-    made = selvedge.dress(PATTERN, (body, triangles), tmp_path / "posed", poses=poses, **COARSE)
+    made = selvedge.dress(PATTERN, (body, triangles), tmp_path / "posed", poses=poses,
+                          pose_formats=("gltf", "usd", "pc2"), **COARSE)
+    motion = tmp_path / "posed/motion"
+    assert all((motion / name).exists() for name in ("result.glb", "result.usda", "cloth.pc2"))
     assert len(made["motion"]["poses"]) == 2
     assert sorted(p.name for p in (tmp_path / "posed/poses").iterdir()) == ["0000.obj", "0001.obj"]
 

@@ -43,7 +43,8 @@ DetectionPlan::DetectionPlan(const Scene& scene, const BuiltScene& built,
       piece_begin_(built.piece_begin),
       body_begin_(body_begins(built)) {
   const bool pieces_are_apart = built.merged_areas.empty();  // no triangle is of two pieces
-  if (proofs_ && scene.contact.self && pieces_are_apart) sheets_ = make_sheets(built);
+  // Without self-collision for the check of frames alone.
+  if (proofs_ && pieces_are_apart) sheets_ = make_sheets(built);
 }
 
 bool DetectionPlan::sheets_keep_apart(std::span<const Vec3> x_t0, std::span<const Vec3> x_t1,

@@ -282,6 +282,15 @@ TEST(Plan, AFlagSearchesNoContactWhileAHeightField) {
   EXPECT_EQ(plan.at("crossings_self").asked, 9) << "the start and every frame";
 }
 
+TEST(Plan, WithoutSelfCollisionFramesOfAHeightFieldAreNotSearched) {
+  const auto plan = left_out(scene_file(
+      "flag.json",
+      {{"geometry.0.cells", "[16,16]"}, {"time.frames", "8"}, {"contact.self", "false"}}));
+  EXPECT_FALSE(plan.contains("self_collision"));
+  EXPECT_EQ(plan.at("crossings_self").asked, 9) << "the start and every frame";
+  EXPECT_EQ(plan.at("crossings_self").left_out, plan.at("crossings_self").asked);
+}
+
 TEST(Plan, AFallingSheetCostsNoNarrowPhaseBeforeTheSphere) {
   const Scene scene =
       scene_file("cloth_on_sphere.json", {{"geometry.0.cells", "[20,20]"},

@@ -121,7 +121,7 @@ CellRun silent_end(const Ending& ending, const fs::path& log) {
 
 void add_time(const CellRun& run, TimeOfRuns& time) {
   ++time.runs;
-  time.run_s += run.build_s + run.run_s;
+  time.run_s += run.build_s + run.clock_s;
   for (const auto& [what, seconds] : run.beside_s)
     (what == "checking" ? time.run_s : time.beside_s[what]) += seconds;
 }

@@ -90,7 +90,10 @@ struct CellRun {
   RunStatus status = RunStatus::ok;
   std::string why;       ///< a sentence, if the status is not ok
   double build_s = 0.0;  ///< s; reading meshes and building the simulation
-  double run_s = 0.0;    ///< s; all steps, without the check of frames
+  /// s; all steps, without the check of frames: of the processor for a run of one thread, which a
+  /// busy machine does not lengthen; else by the clock.
+  double run_s = 0.0;
+  double clock_s = 0.0;  ///< s; the same by the clock
   /// Further times in s: "reading" the scene, "warming_up", "checking" frames, "judging" detectors,
   /// "writing" start and end.
   std::map<std::string, double> beside_s;

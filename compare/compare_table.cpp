@@ -357,6 +357,7 @@ std::string to_json_text(const CompareTable& table) {
                            {"seeds", table.plan.limits.seeds ? table.plan.repeats : 0},
                            {"uncertainty", table.uncertainty},
                            {"converges", table.converges},
+                           {"ranking", ranking(table)},
                            {"axes", axes},
                            {"rows", rows}};
   return all.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
@@ -365,7 +366,8 @@ std::string to_json_text(const CompareTable& table) {
 std::string to_text(const CompareTable& table) {
   std::size_t width = 8;
   for (const CompareRow& row : table.rows) width = std::max(width, row.label.size() + 2);
-  std::string text = fmt::format("{:<{}}{:<10}{:>10}{:>11}{:>11}{:>11} {:>29}{:>8}{:>8}\n", "cell",
+  std::string text = ranking(table) + "\n" +
+                     fmt::format("{:<{}}{:<10}{:>10}{:>11}{:>11}{:>11} {:>29}{:>8}{:>8}\n", "cell",
                                  width, "status", "error", "deviation", "ms/step", "real time",
                                  "ratio (quartiles)", "recall", "steps");
   for (const CompareRow& row : table.rows) {

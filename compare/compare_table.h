@@ -62,6 +62,9 @@ bool is_measured(const std::string& column);
 /// One line of names, then one line per row. An empty field means unknown.
 std::string to_csv(const CompareTable& table);
 std::string to_json_text(const CompareTable& table);
+/// What the errors can tell apart, in one sentence: how many groups of cells have intervals that do
+/// not overlap; or that they rank nothing, and the size of the comparison that could.
+std::string ranking(const CompareTable& table);
 /// Formats the table for a terminal.
 std::string to_text(const CompareTable& table);
 

@@ -156,6 +156,36 @@ ClothEnds bent_sheet(int n) {
   return ends;
 }
 
+/// A finished cell whose error has this interval over three seeds.
+CompareRow row_with_error(double error, double half, bool counts) {
+  CompareRow row;
+  row.error = error;
+  row.error_half = half;
+  row.counts = counts;
+  return row;
+}
+
+TEST(Ranking, ErrorsWhoseIntervalsOverlapRankNothing) {
+  CompareTable table;
+  table.error_unit = "m";
+  table.converges = true;
+  table.plan.limits.seeds = true;
+  table.plan.repeats = 3;
+  table.rows = {row_with_error(0.10, 0.01, true), row_with_error(0.20, 0.01, true),
+                row_with_error(0.21, 0.01, true), row_with_error(0.001, 0.01, false)};
+  EXPECT_SAYS(ranking(table), "Ranks 3 of 4 cells by their errors, in 2 groups");
+  table.rows = {row_with_error(0.5, 0.375, true), row_with_error(0.75, 0.375, true)};
+  EXPECT_SAYS(ranking(table), "Ranks no errors: the intervals of 2 of 2 cells overlap");
+  EXPECT_SAYS(ranking(table), "about 27 seeds could") << "(0.75 / 0.25)² times three";
+  table.rows = {row_with_error(0.01, 0.02, false)};
+  EXPECT_SAYS(ranking(table), "about 12 seeds could") << "(0.02 / 0.01)² times three";
+  table.uncertainty = 0.05;
+  EXPECT_SAYS(ranking(table), "a reference 5 times as accurate could");
+  table.converges = false;
+  EXPECT_SAYS(ranking(table), "the reference does not converge");
+  EXPECT_TRUE(to_text(table).starts_with("Ranks no errors")) << "first of all";
+}
+
 TEST(CompareNumbers, MeshesOfOneSurfaceDifferByNoMoreThanTheirOwnCells) {
   const ClothEnds coarse = bent_sheet(7), fine = bent_sheet(40);
   EXPECT_LT(detail::distance(coarse, fine), 1e-4);

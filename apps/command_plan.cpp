@@ -101,6 +101,8 @@ Json to_json(const AblationRow& row) {
   return {{"part", row.part},
           {"verdict", row.verdict()},
           {"clean", row.clean},
+          {"crossings", row.crossings},
+          {"same_bits", row.same_bits},
           {"why", row.why},
           {"worst_measure", row.worst},
           {"difference", row.equivalence.mean},
@@ -124,7 +126,12 @@ void print_ablation(const PlanOptions& o, const std::vector<AblationRow>& rows) 
       o.seeds, o.tolerance);
   for (const AblationRow& row : rows) {
     if (!row.clean) {
-      print_escaped("{:<16} needed: {}\n", row.part, row.why);
+      print_escaped("{:<16} needed: {}{}\n", row.part, row.why,
+                    row.crossings == 0
+                        ? std::string()
+                        : fmt::format("; {} crossings, particles by {:.2e}, {:.2f} "
+                                      "of the time",
+                                      row.crossings, row.distance, row.time_ratio.median));
       continue;
     }
     print_escaped(
@@ -155,6 +162,8 @@ Scene accepted(const PlanOptions& o, const std::vector<AblationRow>& rows, const
         std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.part == name; });
     if (part == parts.end() || row == rows.end())
       throw std::invalid_argument("--accept " + name + ": the scene does not use such a part");
+    if (row->only_measured)
+      throw std::invalid_argument("--accept " + name + ": no scene can leave it out");
     if (!row->could_go()) throw std::invalid_argument(refusal(o, *row));
     overrides.insert(overrides.end(), part->overrides.begin(), part->overrides.end());
   }

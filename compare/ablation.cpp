@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
 #include <selvedge/compare/detail/compare_error.h>
 #include <selvedge/compare/internal/ablation.h>
-#include <selvedge/core/base/internal/stopwatch.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/simulation.h>
@@ -10,8 +10,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -55,6 +55,9 @@ double mean_angle(const ClothEnds& cloth) {
 
 using Measures = std::map<std::string, double>;
 
+/// s; runs of milliseconds may take longer than `patience` allows.
+constexpr double kLeastPatience = 0.2;
+
 /// The measure whose interval reaches farthest from zero.
 void judge_shapes(const std::vector<Measures>& whole, const std::vector<Measures>& without,
                   double tolerance, AblationRow& row) {
@@ -96,11 +99,82 @@ struct Ensemble {
   }
 };
 
-AblationRow judge(const std::string& part, const Ensemble& whole, const Ensemble& without,
-                  const AblationConfig& config) {
+/// Name of the response that does nothing; no scene file can select it.
+constexpr const char* kNoResponse = "none";
+
+/// Leaves every contact to the fail-safe.
+class NoResponse final : public Response {
+ public:
+  void begin(const ResponseStep&) override {}
+  void add(std::span<const ContactPoint>) override {}
+  ResponseTraits traits() const override { return {.promise = "does nothing", .source = ""}; }
+};
+
+Methods with_no_response(Methods methods) {
+  methods.responses.add(kNoResponse, {},
+                        [](const MethodOptions&) { return std::make_unique<NoResponse>(); });
+  return methods;
+}
+
+/// A scene without one part, over the seeds.
+struct Variant {
+  OptionalPart part{};
+  Ensemble runs{};
+  std::string fault{};  ///< of the first seed that has one, which is the last to run
+  int crossings = 0;
+  bool same_bits = true;
+
+  void add(TimedRun run, const RunResult& whole) {
+    fault = run.fault;
+    if (!run.fault.empty()) return;
+    if (!run.result.clean) fault = "cloth passes through something";
+    crossings = std::max(
+        {crossings, run.result.worst_self_intersections, run.result.worst_body_intersections});
+    same_bits = same_bits && run.result.state_hash == whole.state_hash;
+    runs.add(std::move(run));
+  }
+};
+
+Scene scene_without(const OptionalPart& part, const std::filesystem::path& file,
+                    std::vector<Override> overrides, const Methods& methods) {
+  overrides.insert(overrides.end(), part.overrides.begin(), part.overrides.end());
+  Scene scene = read_scene(file, overrides, methods);
+  if (part.part != "response") return scene;
+  scene.contact.response = kNoResponse;
+  scene.contact.response_options = {};
+  return scene;
+}
+
+double seconds_since(std::clock_t begin) {
+  return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+}
+
+/// Steps to the end of the scene; returns why it stopped before, or "".
+std::string advance(Simulation& simulation, int frames, const TimedRunConfig& config,
+                    std::clock_t begin) {
+  try {
+    while (simulation.step_towards(frames)) {
+      if (config.check_frames && simulation.is_at_frame()) simulation.verify_frame();
+      if (seconds_since(begin) > config.longest)
+        return fmt::format("stopped at {:.3g} s after {:.3g} s of the processor", simulation.time(),
+                           config.longest);
+    }
+  } catch (const SimulationFailed& error) {
+    return error.what();
+  }
+  return {};
+}
+
+AblationRow judge(const Variant& variant, const Ensemble& whole, const AblationConfig& config) {
+  const Ensemble& without = variant.runs;
   AblationRow row;
-  row.part = part;
+  row.part = variant.part.part;
+  row.only_measured = variant.part.only_measured;
+  row.clean = variant.fault.empty();
+  row.why = variant.fault;
   if (without.cloths.empty()) return row;
+  row.crossings = variant.crossings;
+  row.same_bits = variant.same_bits;
   judge_shapes(whole.measures, without.measures, config.tolerance, row);
   row.distance = mean_distance(without.cloths, whole.cloths, 0);
   row.spread = mean_distance(whole.cloths, whole.cloths, 1);
@@ -113,17 +187,14 @@ AblationRow judge(const std::string& part, const Ensemble& whole, const Ensemble
 
 }  // namespace
 
-TimedRun run_timed(Scene scene, const Methods& methods, std::uint32_t seed) {
-  if (seed > 0) scene.perturbation = {kSeedSpeed, seed};
+TimedRun run_timed(Scene scene, const Methods& methods, const TimedRunConfig& config) {
+  if (config.seed > 0) scene.perturbation = {kSeedSpeed, config.seed};
   Simulation simulation(scene, build_scene(scene), methods);
   TimedRun run;
-  const auto begin = std::chrono::steady_clock::now();
-  try {
-    simulation.advance_to_frame(scene.time.frames);
-  } catch (const SimulationFailed& error) {
-    run.fault = error.what();
-  }
+  const std::clock_t begin = std::clock();
+  run.fault = advance(simulation, scene.time.frames, config, begin);
   run.seconds = seconds_since(begin);
+  if (!config.check_frames && run.fault.empty()) simulation.verify_frame();
   run.result = simulation.result();
   const auto triangles = simulation.cloth_triangles();
   run.cloth = {simulation.built().cloth.surface.vertices,
@@ -164,34 +235,31 @@ std::string AblationRow::verdict() const {
 std::vector<AblationRow> ablate(const std::filesystem::path& scene,
                                 const std::vector<Override>& overrides, const Methods& methods,
                                 const AblationConfig& config) {
-  const Scene as_it_is = read_scene(scene, overrides, methods);
-  const std::vector<OptionalPart> parts = optional_parts(as_it_is);
+  const Methods known = with_no_response(methods);
+  const Scene as_it_is = read_scene(scene, overrides, known);
+  std::vector<Variant> variants;
+  for (OptionalPart& part : optional_parts(as_it_is)) variants.push_back({std::move(part)});
   Ensemble whole;
-  std::vector<Ensemble> ensembles(parts.size());
-  std::vector<std::string> faults(parts.size());
-  for (int s = 1; s <= config.seeds;
-       ++s) {  // interleaved, so that a disturbance affects all variants
+  for (int s = 1; s <= config.seeds; ++s) {  // interleaved: a disturbance affects all variants
     const auto seed = static_cast<std::uint32_t>(s);
-    TimedRun run = run_timed(as_it_is, methods, seed);
+    TimedRun run = run_timed(as_it_is, known, {.seed = seed});
     if (!run.fault.empty())
       throw std::runtime_error("the scene as it is does not come to its end: " + run.fault);
-    whole.add(std::move(run));
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      if (!faults[p].empty()) continue;
-      auto without = overrides;
-      without.insert(without.end(), parts[p].overrides.begin(), parts[p].overrides.end());
-      TimedRun other = run_timed(read_scene(scene, without, methods), methods, seed);
-      faults[p] = other.fault;
-      if (other.fault.empty() && !other.result.clean) faults[p] = "cloth passes through something";
-      if (faults[p].empty()) ensembles[p].add(std::move(other));
+    const double longest = config.patience * run.seconds + kLeastPatience;
+    for (Variant& v : variants) {
+      if (!v.fault.empty()) continue;
+      try {
+        v.add(run_timed(scene_without(v.part, scene, overrides, known), known,
+                        {seed, v.part.part != "frame_check", longest}),
+              run.result);
+      } catch (const std::invalid_argument& refusal) {
+        v.fault = std::string("refused without it: ") + refusal.what();
+      }
     }
+    whole.add(std::move(run));
   }
   std::vector<AblationRow> rows;
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    rows.push_back(judge(parts[p].part, whole, ensembles[p], config));
-    rows.back().clean = faults[p].empty();
-    rows.back().why = faults[p];
-  }
+  for (const Variant& v : variants) rows.push_back(judge(v, whole, config));
   return rows;
 }
 

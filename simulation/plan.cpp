@@ -220,21 +220,64 @@ std::vector<PlanItem> plan_scene(const Scene& scene, const BuiltScene& built,
   return ScenePlan(scene, built, methods).make();
 }
 
-std::vector<OptionalPart> optional_parts(const Scene& scene) {
-  std::vector<OptionalPart> parts;
-  if (scene.contact.self) parts.push_back({"self_collision", {{"contact.self", "false"}}});
-  if (scene.solver.strain_limiter)
-    parts.push_back({"strain_limit", {{"solver.strain_limiter", "false"}}});
-  if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
-    parts.push_back({"air", {{"air.normal_drag", "0"}, {"air.viscous_drag", "0"}}});
-  OptionalPart bending{"bending", {}};
+namespace {
+
+/// Below this speed, m/s, cloth that sleeps hardly moves on (docs/integrators.md, Sleep).
+constexpr const char* kSlow = "0.02";
+
+std::vector<Override> without_bending(const Scene& scene) {
+  std::vector<Override> zeros;
   for (const auto& [name, material] : scene.materials) {
     if (material.bending_stiffness > 0.0)
-      bending.overrides.push_back({"materials." + name + ".bending_stiffness", "0"});
+      zeros.push_back({"materials." + name + ".bending_stiffness", "0"});
     if (material.bending_weft.value_or(0.0) > 0.0)
-      bending.overrides.push_back({"materials." + name + ".bending_weft", "0"});
+      zeros.push_back({"materials." + name + ".bending_weft", "0"});
   }
-  if (!bending.overrides.empty()) parts.push_back(std::move(bending));
+  return zeros;
+}
+
+std::vector<Override> without_shear(const Scene& scene) {
+  std::vector<Override> zeros;
+  for (const auto& [name, material] : scene.materials)
+    if (material.shear_stiffness > 0.0)
+      zeros.push_back({"materials." + name + ".shear_stiffness", "0"});
+  return zeros;
+}
+
+std::vector<Override> without_friction(const Scene& scene) {
+  std::vector<Override> zeros;
+  const auto add = [&](const std::string& of) { zeros.push_back({of + ".friction", "0"}); };
+  for (const auto& [name, material] : scene.materials)
+    if (scene.contact.self && material.friction > 0.0) add("materials." + name);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    if (scene.bodies[b].friction > 0.0) add(fmt::format("obstacles.{}", b));
+  for (std::size_t p = 0; p < scene.contact.pairs.size(); ++p)
+    if (scene.contact.pairs[p].friction.value_or(0.0) > 0.0)
+      add(fmt::format("contact.pairs.{}", p));
+  return zeros;
+}
+
+}  // namespace
+
+std::vector<OptionalPart> optional_parts(const Scene& scene) {
+  std::vector<OptionalPart> parts;
+  const auto add = [&](const char* part, std::vector<Override> overrides) {
+    if (!overrides.empty()) parts.push_back({part, std::move(overrides)});
+  };
+  const bool collides = scene.contact.self || !scene.bodies.empty();
+  if (scene.contact.self) add("self_collision", {{"contact.self", "false"}});
+  if (collides) {
+    add("friction", without_friction(scene));
+    parts.push_back({"response", {}, true});
+    parts.push_back({"frame_check", {}, true});
+  }
+  if (scene.solver.strain_limiter) add("strain_limit", {{"solver.strain_limiter", "false"}});
+  add("shear", without_shear(scene));
+  add("bending", without_bending(scene));
+  if (scene.air.normal_drag > 0.0 || scene.air.viscous_drag > 0.0)
+    add("air", {{"air.normal_drag", "0"}, {"air.viscous_drag", "0"}});
+  if (scene.time.sleep_speed == 0.0) add("steps_at_rest", {{"time.sleep_speed", kSlow}});
+  if (scene.time.step_error > 0.0) add("joined_steps", {{"time.step_error", "0"}});
   return parts;
 }
 

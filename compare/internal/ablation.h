@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -38,17 +39,20 @@ Equivalence test_equivalence(std::span<const double> differences, double toleran
 /// Student's t with an exceedance probability of 5 %, for `freedom` >= 1 degrees of freedom.
 double student_95(std::size_t freedom);
 
-/// Result of one run of a scene in this process. The time covers the steps and the check of every
-/// frame, which every run makes. It excludes reading, building and writing.
+/// Result of one run of a scene in this process. The time is that of the processor and covers the
+/// steps and the check of every frame. It excludes reading, building and writing.
 struct TimedRun {
   double seconds = 0.0;
   RunResult result;
   ClothEnds cloth;
   std::string fault;  ///< why the run stopped early; empty if it finished
 };
-/// Seed 0 keeps the scene unchanged. Any other seed perturbs its start with kSeedSpeed, so that
-/// chaotic motion takes another course.
-TimedRun run_timed(Scene scene, const Methods& methods, std::uint32_t seed = 0);
+struct TimedRunConfig {
+  std::uint32_t seed = 0;    ///< 0 keeps the scene; any other seed perturbs its start (kSeedSpeed)
+  bool check_frames = true;  ///< false: the end alone is checked, outside the time
+  double longest = std::numeric_limits<double>::infinity();  ///< s; a longer run stops with a fault
+};
+TimedRun run_timed(Scene scene, const Methods& methods, const TimedRunConfig& config = {});
 
 /// Measures that an optional part must not change, however the cloth folds: mean position and
 /// extents of the cloth over its extent at the start, root mean square strain of its edges, and the
@@ -59,8 +63,11 @@ std::map<std::string, double> shape_measures(const ClothEnds& cloth);
 /// Comparison of the scene without one part with the complete scene, over all seeds.
 struct AblationRow {
   std::string part;
-  bool clean = true;  ///< every run finished without a crossing
-  std::string why;    ///< the first fault, if `clean` is false
+  bool clean = true;           ///< every run finished without a crossing
+  std::string why;             ///< the first fault, if `clean` is false
+  bool only_measured = false;  ///< a scene file cannot leave it out
+  int crossings = 0;           ///< most pairs of triangles that cross in a frame of any run
+  bool same_bits = false;      ///< every run ended in the bits of the complete scene
   /// The measure whose interval reaches farthest. The part may be removed only if all measures are
   /// equivalent; this rule needs no correction for the number of measures [Berger1982].
   std::string worst;
@@ -80,6 +87,7 @@ struct AblationRow {
 struct AblationConfig {
   int seeds = 5;            ///< runs of each variant; fewer than 2 decide nothing
   double tolerance = 0.01;  ///< for every measure
+  double patience = 4.0;    ///< longest time of a variant over that of the complete scene
 };
 
 /// Runs the complete scene and the scene without each of its optional parts, seed by seed. Throws

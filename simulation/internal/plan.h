@@ -21,10 +21,13 @@ struct PlanItem {
 std::vector<PlanItem> plan_scene(const Scene& scene, const BuiltScene& built,
                                  const Methods& methods);
 
-/// A part that the user can switch off, at the cost of an error.
+/// A part that a scene could do without, at the cost of an error.
 struct OptionalPart {
   std::string part;                 ///< "self_collision"
   std::vector<Override> overrides;  ///< switch it off
+  /// Measured only: a scene file cannot leave it out. "response": colliding pairs are left to the
+  /// fail-safe; "frame_check": no frame is searched for crossings.
+  bool only_measured = false;
 };
 /// The optional parts that are on in the scene.
 std::vector<OptionalPart> optional_parts(const Scene& scene);

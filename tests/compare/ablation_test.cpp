@@ -76,7 +76,7 @@ TEST_F(PlanCommand, ASeedChangesTheRunAndTheSameSeedRepeatsIt) {
   const Scene scene = read_scene(path("flag.json"), {});
   const Methods methods;
   const auto hash = [&](std::uint32_t seed) {
-    return run_timed(scene, methods, seed).result.state_hash;
+    return run_timed(scene, methods, {.seed = seed}).result.state_hash;
   };
   EXPECT_EQ(hash(1), hash(1));
   EXPECT_NE(hash(1), hash(2));
@@ -92,6 +92,58 @@ TEST_F(PlanCommand, WindIsNeededAndBendingThatDoesNothingCouldGo) {
   for (const Json& row : printed["ablation"]) verdict[row["part"]] = row["verdict"];
   EXPECT_EQ(verdict.at("air"), "needed");
   EXPECT_TRUE(verdict.at("bending").starts_with("could go")) << verdict.at("bending");
+}
+
+constexpr const char* kTwoSheets =
+    R"({"name": "two", "geometry": [{"name": "low", "size": [1, 1], "cells": [5, 5]},
+        {"name": "high", "size": [0.6, 0.6], "cells": [5, 5],
+         "transformation": {"translation": [0, 0, 0.15], "rotation": {"axis": [1, 0, 0], "angle_deg": 20}},
+         "velocity": [0, 0, -1]}],
+        "handles": [{"name": "c", "geometry": "low", "select": ["x0", "x1"]}],
+        "contact": {"pairs": [{"a": "low", "b": "high", "friction": 0.5}]},
+        "time": {"frames": 10, "fps": 60}})";
+
+TEST_F(PlanCommand, EveryPartHasItsTimeAndWhatLeavingItOutChanges) {
+  write("two.json", kTwoSheets);
+  const Outcome all = run("plan two.json --ablate --seeds 2 --json");
+  ASSERT_EQ(all.code, 0) << all.err;
+  std::map<std::string, Json> rows;
+  const Json printed = Json::parse(all.out);
+  for (const Json& row : printed["ablation"]) rows[row["part"]] = row;
+  for (const char* part : {"self_collision", "friction", "response", "frame_check", "strain_limit",
+                           "shear", "bending", "steps_at_rest", "joined_steps"}) {
+    ASSERT_TRUE(rows.contains(part)) << part;
+    EXPECT_GT(rows[part]["time_ratio"][0], 0.0) << part;
+  }
+  EXPECT_FALSE(rows.contains("air")) << "the scene has none";
+  EXPECT_TRUE(rows["frame_check"]["same_bits"]);
+  EXPECT_EQ(rows["frame_check"]["distance"], 0.0);
+  EXPECT_FALSE(rows["self_collision"]["clean"]);
+  EXPECT_GT(rows["self_collision"]["crossings"], 0);
+  EXPECT_GT(rows["self_collision"]["distance"], 1e-3);
+  EXPECT_GT(rows["shear"]["distance"], 0.0);
+  EXPECT_FALSE(rows["response"]["same_bits"]) << "the fail-safe alone is another answer";
+}
+
+TEST_F(PlanCommand, APartWithoutWhichASceneIsRefusedIsNeeded) {
+  const Outcome all = run("plan " SELVEDGE_SOURCE_DIR
+                          "/data/scenes/plate_springs.json"
+                          " --set time.frames=2 --ablate --seeds 2 --json");
+  ASSERT_EQ(all.code, 0) << all.err;
+  const Json printed = Json::parse(all.out);
+  for (const Json& row : printed["ablation"])
+    if (row["part"] == "bending") {
+      EXPECT_EQ(row["verdict"], "needed");
+      EXPECT_SAYS(row["why"].get<std::string>(), "refused without it: ");
+    }
+}
+
+TEST_F(PlanCommand, APartThatNoSceneCanLeaveOutIsNotAccepted) {
+  write("two.json", kTwoSheets);
+  const Outcome refused = run("plan two.json --accept frame_check --write less.json --seeds 2");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_SAYS(refused.err, "no scene can leave it out");
+  EXPECT_FALSE(exists("less.json"));
 }
 
 TEST_F(PlanCommand, WhatIsNotShownToBeEquivalentIsNotAccepted) {

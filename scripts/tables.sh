@@ -4,55 +4,111 @@
 # stand above each.
 set -euo pipefail
 
-# tables.sh ablation [--print] [FRAMES]: measures for every scene of data/scenes and data/experiments which optional parts
-# it can do without over its first FRAMES frames (default 30), with `selvedge plan --ablate` and SEEDS seeds (default 3),
-# and writes docs/lab/tables/ablation.csv: a row for each scene, a column for each part. --print: prints the table instead.
-# SELVEDGE names the program (default: build/release/apps/selvedge). Takes half an hour on one core.
+# tables.sh ablation [SCENE...]: measures for every shipped scene (data/scenes, experiments, extreme, validation) what each
+# part of it costs and what leaving it out changes, with `selvedge plan --ablate` and SEEDS seeds (default 2), over as many
+# frames as a run makes in BUDGET seconds (default 1). Writes docs/lab/tables/ablation.csv (a row for each scene and part) and
+# the matrix of docs/lab/ablation.md. Scenes that out/ablation has are not run again; SCENE: files to run again, none else.
+# SELVEDGE names the program (default: build/release/apps/selvedge). Takes half an hour of the processor.
 table_ablation() (
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-print=
-if [ "${1:-}" = --print ]; then
-  print=yes
-  shift
-fi
-PRINT=$print FRAMES=${1:-30} SEEDS=${SEEDS:-3} PROGRAM=${SELVEDGE:-build/release/apps/selvedge} python3 - <<'PYTHON'
-import csv, glob, json, os, subprocess, sys
+BUDGET=${BUDGET:-1} SEEDS=${SEEDS:-2} PROGRAM=${SELVEDGE:-build/release/apps/selvedge} python3 - "$@" <<'PYTHON'
+import csv, glob, json, os, pathlib, statistics, subprocess, sys, tempfile
 
-PARTS = ["self_collision", "strain_limit", "air", "bending"]
+PARTS = ["self_collision", "friction", "response", "frame_check", "strain_limit", "shear", "bending", "air", "steps_at_rest",
+         "joined_steps"]
+PROGRAM, BUDGET, SEEDS = (os.environ[name] for name in ("PROGRAM", "BUDGET", "SEEDS"))
+KEPT = pathlib.Path("out/ablation")
+KEPT.mkdir(parents=True, exist_ok=True)
+
+
+def program(*words):
+    return subprocess.run([PROGRAM, *words], capture_output=True, text=True)
+
+
+def reason(done):
+    last = (done.stderr.strip().splitlines() or ["exit code " + str(done.returncode)])[-1]
+    return last.removeprefix("selvedge: ").replace(os.getcwd() + "/", "")
+
+
+def measure(file):
+    """Frames, and rows of `plan --ablate`; or why there are none."""
+    total = json.load(open(file)).get("time", {}).get("frames", 120)
+    with tempfile.TemporaryDirectory() as folder:
+        tried = program("run", file, "--budget", BUDGET, "--threads", "1", "--no-pictures", "--out", folder + "/run", "--json")
+    if not tried.stdout.startswith("{"):
+        return {"fault": reason(tried)}
+    frames = min(total, max(2, json.loads(tried.stdout)["frames"] - 1))
+    done = program("plan", file, "--ablate", "--seeds", SEEDS, "--json", "--set", f"time.frames={frames}")
+    if done.returncode != 0:
+        return {"fault": reason(done)}
+    return {"frames": frames, "total": total, "rows": json.loads(done.stdout)["ablation"]}
+
+
+files = [file for folder in ("scenes", "experiments", "extreme", "validation") for file in sorted(glob.glob(f"data/{folder}/*.json"))
+         if not file.endswith("schema.json")]
+for file in sys.argv[1:] or files:
+    kept = KEPT / (pathlib.Path(file).stem + ".json")
+    if sys.argv[1:] or not kept.exists():
+        kept.write_text(json.dumps(measure(file)))
+        print(file, file=sys.stderr, flush=True)
+
+found = {file: json.loads(kept.read_text()) for file in files if (kept := KEPT / (pathlib.Path(file).stem + ".json")).exists()}
+with open("docs/lab/tables/ablation.csv", "w", newline="") as out:
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["scene", "frames", "of", "part", "verdict", "time_ratio", "error_percent", "spread_of_seeds_percent", "crossings",
+                     "clean", "same_bits", "worst_measure", "difference", "why"])
+    for file, scene in found.items():
+        name = pathlib.Path(file).stem
+        if "fault" in scene:
+            writer.writerow([name, "", "", "", "not run", *[""] * 8, scene["fault"]])
+        for row in scene.get("rows", []):
+            ran = row["time_ratio"][0] > 0
+            writer.writerow([name, scene["frames"], scene["total"], row["part"], row["verdict"].split(",")[0],
+                             *([f'{row["time_ratio"][0]:.2f}', f'{100 * row["distance"]:.2g}', f'{100 * row["spread_of_seeds"]:.2g}',
+                                row["crossings"]] if ran else [""] * 4), "yes" if row["clean"] else "no",
+                             ("yes" if row["same_bits"] else "no") if ran else "", row["worst_measure"],
+                             f'{row["difference"]:.2g}' if ran else "", row["why"]])
 
 
 def cell(row):
-    """The verdict; for a part that could go also the time without it over the time with it."""
-    verdict = row["verdict"].split(",")[0]
-    if verdict == "needed" and not row["clean"]:
-        return "needed: not clean"
-    if verdict == "needed":
-        return f'needed: {row["worst_measure"]} {row["difference"]:+.2g}'
-    return f'{verdict}: time x {row["time_ratio"][0]:.2f}' if verdict == "could go" else verdict
+    """Time over that of the whole scene, and the distance to it in percent of the extent; x: crossings."""
+    if row is None:
+        return ""
+    if row["time_ratio"][0] == 0:
+        return "refused" if row["why"].startswith("refused") else "**stops**"
+    text = f'{row["time_ratio"][0]:.2f}' + ("" if row["same_bits"] else f'; {100 * row["distance"]:.1g}')
+    if row["crossings"]:
+        return f'**{text}; x {row["crossings"]}**'
+    return f"**{text}**" if row["verdict"].startswith("needed") else text
 
 
-rows = []
-for folder in ("scenes", "experiments"):
-    for file in sorted(glob.glob(f"data/{folder}/*.json")):
-        name = os.path.splitext(os.path.basename(file))[0]
-        if name == "scene.schema":
-            continue
-        scene = {"scene": name}
-        done = subprocess.run([os.environ["PROGRAM"], "plan", file, "--ablate", "--seeds", os.environ["SEEDS"], "--json",
-                               "--set", f'time.frames={os.environ["FRAMES"]}'], capture_output=True, text=True)
-        if done.returncode == 0:
-            scene |= {row["part"]: cell(row) for row in json.loads(done.stdout)["ablation"]}
-        else:
-            reason = done.stderr.strip().splitlines()[-1].removeprefix("selvedge: ")
-            scene[PARTS[0]] = "not run: " + reason.replace(os.getcwd() + "/", "")
-        rows.append(scene)
-        print(name, file=sys.stderr)
+def summary(part, scenes):
+    rows = [row for scene in scenes for row in scene["rows"] if row["part"] == part]
+    counts = [sum(row["verdict"].startswith(word) for row in rows) for word in ("needed", "not decided", "could go")]
+    bits = sum(row["same_bits"] and row["clean"] for row in rows)
+    times = [row["time_ratio"][0] for row in rows if row["time_ratio"][0] > 0]
+    quarter = statistics.quantiles(times, n=4) if len(times) > 1 else [float("nan")] * 3
+    return (f"| `{part}` | {len(rows)} | {counts[0]} | {sum(not row['clean'] for row in rows)} | {counts[1]} | {counts[2]} | {bits} | "
+            f"{quarter[1]:.2f} ({quarter[0]:.2f} to {quarter[2]:.2f}) |")
 
-out = sys.stdout if os.environ["PRINT"] else open("docs/lab/tables/ablation.csv", "w", newline="")
-writer = csv.DictWriter(out, ["scene", *PARTS], restval="", lineterminator="\n")
-writer.writeheader()
-writer.writerows(rows)
-out.close()
+
+measured = {file: scene for file, scene in found.items() if "rows" in scene}
+lines = ["", "| part | scenes that have it | needed | of them not clean without it | not decided | could go | same bits without it | "
+         "time without it over with it: median, quartiles |", "| --- |" + " ---: |" * 7]
+lines += [summary(part, measured.values()) for part in PARTS]
+lines += ["", "| scene | frames | seeds differ by | " + " | ".join(part.replace("_", " ") for part in PARTS) + " |",
+          "| --- | ---: | ---: |" + " --- |" * len(PARTS)]
+for file, scene in measured.items():
+    rows = {row["part"]: row for row in scene["rows"]}
+    spread = max((row["spread_of_seeds"] for row in scene["rows"]), default=0.0)
+    lines.append(f"| `{pathlib.Path(file).stem}` | {scene['frames']} of {scene['total']} | {100 * spread:.1g} | "
+                 + " | ".join(cell(rows.get(part)) for part in PARTS) + " |")
+refused = [f"`{pathlib.Path(file).stem}`" for file, scene in found.items() if "fault" in scene]
+lines += ["", f"Not run, since the program refuses them or their body has to be fetched: {', '.join(refused) or 'none'}.", ""]
+page = pathlib.Path("docs/lab/ablation.md")
+begin, end = "<!-- table by scripts/tables.sh ablation -->\n", "<!-- end of table -->"
+before, rest = page.read_text().split(begin)
+page.write_text(before + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1])
 PYTHON
 )
 

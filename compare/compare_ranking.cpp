@@ -61,7 +61,10 @@ std::string size_for(const CompareTable& table, double half, double wanted) {
 
 std::string ranking(const CompareTable& table) {
   const std::vector<MeasuredError> all = errors_of(table, false), counting = errors_of(table, true);
-  if (all.empty()) return "Ranks no errors: nothing here has an error with a reference.";
+  if (all.empty())
+    return "Ranks no errors, since there is no reference: compares times, recall and differences "
+           "from "
+           "the first cell.";
   const std::string cells = counted(all.size(), "cell");
   if (counting.empty()) {
     const MeasuredError& worst = all.back();

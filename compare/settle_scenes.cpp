@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -24,9 +25,9 @@ using Json = nlohmann::json;
 constexpr std::size_t kMostText = std::size_t{1} << 20;  // bytes of a result
 constexpr Answer kAnswers[] = {Answer::correct, Answer::refused, Answer::degraded, Answer::failed,
                                Answer::unfinished};
-// A scene hangs if it ends neither within kHangs times its limit of processor time, by the clock,
-// nor within kOverdue times the limit by the processor. One that uses less than kIdle of a core in
-// the former waits for something; one on a busy machine uses more.
+// A scene that has not ended within kHangs times its limit of processor time, by the clock, hangs
+// if it uses less than kIdle of a core in that time: it waits for something. If it computes, it may
+// go on to kOverdue times the limit by the processor: then a single step is longer than its limit.
 constexpr double kHangs = 30.0, kOverdue = 3.0, kIdle = 0.002;
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -78,12 +79,15 @@ CaseResult run_here(const std::string& name, const SettleConfig& config, const M
   }
 }
 
-bool read_in_time(const ChildProcess& child, double limit, Pipe& pipe, std::string& text) {
+enum class Reading : std::uint8_t { done, overdue, hangs };
+
+Reading read_in_time(const ChildProcess& child, double limit, Pipe& pipe, std::string& text) {
   const double round = kHangs * limit;
   for (double before = 0.0;;) {
-    if (pipe.read_all(round, kMostText, text) != Pipe::ReadEnd::late) return true;
+    if (pipe.read_all(round, kMostText, text) != Pipe::ReadEnd::late) return Reading::done;
     const double used = child.processor_s();
-    if (!(used < kOverdue * limit && used - before > kIdle * round)) return false;
+    if (!(used - before > kIdle * round)) return Reading::hangs;
+    if (used >= kOverdue * limit) return Reading::overdue;
     before = used;
   }
 }
@@ -98,13 +102,17 @@ SettledScene run_apart(const std::string& name, const SettleConfig& config,
     return 0;
   });
   std::string text;
-  const bool in_time = read_in_time(child, config.limit, pipe, text);
-  const ProcessEnd end = in_time ? child.wait() : child.kill();
+  const Reading reading = read_in_time(child, config.limit, pipe, text);
+  const ProcessEnd end = reading == Reading::done ? child.wait() : child.kill();
   SettledScene result;
   result.name = name;
   result.method = config.method.name;
-  if (!in_time) {
+  if (reading == Reading::hangs) {
     result.note = fmt::format("hangs: not done after {:.0f} s", watch.seconds());
+  } else if (reading == Reading::overdue) {
+    result.answer = Answer::unfinished;
+    result.note =
+        fmt::format("a step takes more than {:g} s of the processor", kOverdue * config.limit);
   } else if (const auto sent = read_case_result(text)) {
     result.answer = sent->answer;
     result.note = sent->note;

@@ -142,8 +142,8 @@ struct SettleConfig {
   TriedMethod method{};
   std::filesystem::path out{};  ///< each run writes its frames into a subfolder; "": no output
   int threads = 0;              ///< 0: no limit
-  /// s of processor time after which a scene ends unfinished. One that takes thirty times as long
-  /// by the clock hangs, and has failed.
+  /// s of processor time after which a scene ends unfinished, at the end of a step, or within a
+  /// step after three times as long. One that stops computing hangs, and has failed.
   double limit = 120.0;
 };
 

@@ -190,6 +190,18 @@ TEST_F(SettledFolder, OneThatTakesTooLongIsUnfinishedAndNotTheEnd) {
   EXPECT_SAYS(outcome.out, "1 refused, 1 unfinished, 0 FAILED");
 }
 
+TEST_F(SettledFolder, AStepLongerThanItsTimeIsUnfinishedToo) {
+  fs::create_directories(folder_ / "slow");
+  write("slow/slow.json", R"({
+    "geometry": [{"size": [1, 1], "cells": [40, 40]}],
+    "solver": {"integrator": {"type": "rkf45", "error": 1e-30}},
+    "time": {"frames": 1}})");
+  const Outcome outcome = run("stability slow --limit 0.1");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_SAYS(outcome.out, "unfinished | a step takes more than 0.3 s of the processor");
+  EXPECT_SAYS(outcome.out, "1 unfinished, 0 FAILED");
+}
+
 TEST_F(SettledFolder, MethodsOfOneFamilyAreTriedOnEveryScene) {
   const auto answers = [&](const std::string& option) {
     const Outcome outcome = run(kCases + "--cases s17_one_triangle --json " + option);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/scene/detail/scene_fields.h>
 #include <selvedge/scene/detail/scene_json.h>
 #include <selvedge/scene/scene.h>
 
@@ -60,6 +61,29 @@ class KeyCollector {
 };
 
 }  // namespace
+
+namespace detail {
+
+constexpr const char* kSelections =
+    ": a side of a grid, x0, x1, y0 or y1, at its lowest or highest x or y before it is placed; a "
+    "corner, such as x0y1; or a list of these and of numbers of vertices from 0, of a grid "
+    "j·(cells_x+1)+i";
+
+std::string_view selection_text() {
+  static const std::string text = std::string("Which particles") + kSelections;
+  return text;
+}
+
+std::string_view row_text() {
+  static const std::string text =
+      std::string(
+          "Which particles, in the order of their numbers or, if only numbers are listed, of the "
+          "list") +
+      kSelections;
+  return text;
+}
+
+}  // namespace detail
 
 std::vector<SceneKey> scene_keys() {
   const Json& schema = detail::scene_schema();

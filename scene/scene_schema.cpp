@@ -30,13 +30,6 @@ void add_range(Schema& schema, const ValueRange& range) {
   if (std::isfinite(range.most)) schema["maximum"] = number(range.most);
 }
 
-/// An object with exactly the keys that are then added.
-Schema empty_object(const char* text) {
-  Schema schema{{"type", "object"}, {"additionalProperties", false}};
-  if (text != nullptr) schema["description"] = text;
-  return schema;
-}
-
 template <class T>
 constexpr const char* text_of() {
   if constexpr (requires { Fields<T>::kText; })
@@ -46,13 +39,62 @@ constexpr const char* text_of() {
 }
 
 std::string sentence(const Key& key) {
-  if (!key.axes.empty()) {
-    const CurveAxis &x = key.axes[0], &y = key.axes[1];
+  const auto& [x, y] = key.axes;
+  if (!x.name.empty()) {
     return fmt::format("{}. Points [{} [{}], {} [{}]], which rise from [0, 0]", key.text, x.name,
                        x.unit, y.name, y.unit) +
            ", with a monotone piecewise cubic in between.";
   }
-  return key.text + (key.unit.empty() ? "." : " [" + key.unit + "].");
+  return key.unit.empty() ? fmt::format("{}.", key.text)
+                          : fmt::format("{} [{}].", key.text, key.unit);
+}
+
+/// The schema of an object with exactly the keys that are added.
+class ObjectSchema {
+ public:
+  explicit ObjectSchema(const char* text) {
+    if (text != nullptr) schema_["description"] = text;
+  }
+
+  /// The key that tells the alternatives of a variant apart.
+  void add_type(const char* type) {
+    required_.push_back("type");
+    properties_["type"] = {{"const", type}, {"type", "string"}};
+  }
+  /// `initial`: the default; null: it has none.
+  void add(const char* name, const Key& key, Schema value, const Json& initial) {
+    if (key.required) required_.push_back(name);
+    if (!initial.is_null()) value["default"] = Schema::parse(initial.dump());
+    value["description"] = sentence(key);
+    properties_[name] = std::move(value);
+  }
+  Schema schema() {
+    if (!required_.empty()) schema_["required"] = std::move(required_);
+    schema_["properties"] = std::move(properties_);
+    return std::move(schema_);
+  }
+
+ private:
+  Schema schema_{{"type", "object"}, {"additionalProperties", false}};
+  Schema required_ = Schema::array(), properties_ = Schema::object();
+};
+
+Schema list_of(Schema item, std::size_t shortest, std::size_t longest) {
+  Schema schema{{"type", "array"}};
+  if (shortest > 0) schema["minItems"] = shortest;
+  if (longest < Key{}.longest) schema["maxItems"] = longest;
+  schema["items"] = std::move(item);
+  return schema;
+}
+
+Schema map_of(Schema element) {
+  return {{"type", "object"}, {"additionalProperties", std::move(element)}};
+}
+
+Schema of_number(const char* type, const ValueRange& range) {
+  Schema schema{{"type", type}};
+  add_range(schema, range);
+  return schema;
 }
 
 /// The options of all methods of one family; one with several methods has the widest range.
@@ -124,12 +166,8 @@ class SchemaBuilder {
   template <HasFields T>
   Schema of_struct() {
     if constexpr (requires { Fields<T>::kName; }) {
-      const std::string name = Fields<T>::kName;
-      if (!definitions_.contains(name)) {
-        definitions_[name] = nullptr;  // keeps its place
-        definitions_[name] = object_of<T>();
-      }
-      return {{"$ref", "#/$defs/" + name}};
+      if (is_new(Fields<T>::kName)) define(Fields<T>::kName, object_of<T>());
+      return reference_to(Fields<T>::kName);
     } else {
       return object_of<T>();
     }
@@ -137,25 +175,28 @@ class SchemaBuilder {
 
   template <HasFields T>
   Schema object_of() {
-    Schema schema = empty_object(text_of<T>());
-    Schema required = Schema::array(), properties = Schema::object();
-    if constexpr (requires { Fields<T>::kType; }) {
-      required.push_back("type");
-      properties["type"] = {{"const", Fields<T>::kType}, {"type", "string"}};
-    }
+    ObjectSchema object(text_of<T>());
+    if constexpr (requires { Fields<T>::kType; }) object.add_type(Fields<T>::kType);
     T usual{};
     Fields<T>::visit([&](const char* name, const auto& member, const Key& key) {
-      if (key.required) required.push_back(name);
-      properties[name] = property(usual, member, key);
+      add_property(object, name, usual, member, key);
     });
-    if (!required.empty()) schema["required"] = required;
-    schema["properties"] = std::move(properties);
-    return schema;
+    return object.schema();
   }
 
   const Schema& definitions() const { return definitions_; }
 
  private:
+  /// If it is, keeps its place.
+  bool is_new(const char* name) {
+    if (definitions_.contains(name)) return false;
+    definitions_[name] = nullptr;
+    return true;
+  }
+  void define(const char* name, Schema schema) { definitions_[name] = std::move(schema); }
+  static Schema reference_to(const std::string& name) { return {{"$ref", "#/$defs/" + name}}; }
+  static Schema any_object() { return {{"type", "object"}}; }
+
   /// The default of a key; null: it has none. Groups and lists of them are empty.
   template <class T>
   static Json initial_of(const T& value, const Key& key) {
@@ -170,20 +211,18 @@ class SchemaBuilder {
   }
 
   template <class T, class Member>
-  Schema property(T& usual, const Member& member, const Key& key) {
-    Schema schema;
-    Json initial;
-    if constexpr (std::is_invocable_v<Member, T&>) {
-      auto&& value = std::invoke(member, usual);
-      schema = of_value<std::remove_cvref_t<decltype(value)>>(key, value);
-      if (key.completed && !key.required) initial = initial_of(value, key);
-    } else {
-      schema = of_value<typename Member::Value>(key, {});
-      if (member.initial) initial = initial_of(*member.initial, key);
-    }
-    if (!initial.is_null()) schema["default"] = Schema::parse(initial.dump());
-    schema["description"] = sentence(key);
-    return schema;
+  void add_property(ObjectSchema& object, const char* name, T& usual, const Member& member,
+                    const Key& key) {
+    if constexpr (std::is_invocable_v<Member, T&>)
+      add_stored(object, name, std::invoke(member, usual), key);
+    else
+      object.add(name, key, of_value<typename Member::Value>(key, {}),
+                 member.initial ? initial_of(*member.initial, key) : Json());
+  }
+  template <class T>
+  void add_stored(ObjectSchema& object, const char* name, const T& usual, const Key& key) {
+    object.add(name, key, of_value<T>(key, usual),
+               key.completed && !key.required ? initial_of(usual, key) : Json());
   }
 
   template <class T>
@@ -191,9 +230,7 @@ class SchemaBuilder {
     if constexpr (std::is_same_v<T, bool> || std::is_enum_v<T>) {
       return of_words(key);
     } else if constexpr (std::is_arithmetic_v<T>) {
-      Schema schema{{"type", std::is_integral_v<T> ? "integer" : "number"}};
-      add_range(schema, key.range);
-      return schema;
+      return of_number(std::is_integral_v<T> ? "integer" : "number", key.range);
     } else if constexpr (std::is_same_v<T, std::string> ||
                          std::is_same_v<T, std::filesystem::path>) {
       return of_text(key);
@@ -210,8 +247,7 @@ class SchemaBuilder {
     } else if constexpr (kIsOptional<T>) {
       return of_value<typename T::value_type>(key, {});
     } else if constexpr (kIsMap<T>) {
-      return {{"type", "object"},
-              {"additionalProperties", of_element<typename T::mapped_type>(key)}};
+      return map_of(of_element<typename T::mapped_type>(key));
     } else if constexpr (kIsVariant<T>) {
       return of_variant(key, static_cast<const T*>(nullptr));
     } else if constexpr (kIsPairView<T>) {
@@ -223,7 +259,7 @@ class SchemaBuilder {
     } else if constexpr (std::is_same_v<T, MonotoneCurve>) {
       return of_curve();
     } else if constexpr (std::is_same_v<T, FabricSheet>) {
-      return {{"type", "object"}};
+      return any_object();
     } else {
       return of_struct<T>();
     }
@@ -232,7 +268,7 @@ class SchemaBuilder {
   static Schema of_words(const Key& key) {
     if (key.words.empty()) return {{"type", "boolean"}};
     Schema words = Schema::array();
-    for (const std::string& word : key.words)
+    for (const std::string_view word : key.words)
       if (!word.empty()) words.push_back(word);
     return {{"type", "string"}, {"enum", words}};
   }
@@ -256,19 +292,15 @@ class SchemaBuilder {
 
   template <class T>
   Schema of_list(const Key& key, std::size_t shortest, std::size_t longest) {
-    Schema schema{{"type", "array"}};
-    if (shortest > 0) schema["minItems"] = shortest;
-    if (longest < Key{}.longest) schema["maxItems"] = longest;
-    schema["items"] = of_element<T>(key);
-    return schema;
+    return list_of(of_element<T>(key), shortest, longest);
   }
 
   Schema of_vector(const Key& key) {
     const bool usual = !std::isfinite(key.range.least);
     Schema schema = of_list<double>({.range = usual ? kCoordinate : key.range}, 3, 3);
     if (!usual) return schema;
-    definitions_["vec3"] = std::move(schema);
-    return {{"$ref", "#/$defs/vec3"}};
+    define("vec3", std::move(schema));
+    return reference_to("vec3");
   }
 
   Schema of_rotation() {
@@ -277,7 +309,7 @@ class SchemaBuilder {
         {"oneOf",
          {of_struct<AxisAngle>(),
           {{"type", "array"}, {"maxItems", 10}, {"items", of_struct<AxisAngle>()}}}}};
-    return {{"$ref", "#/$defs/rotation"}};
+    return reference_to("rotation");
   }
 
   Schema of_curve() {
@@ -288,17 +320,18 @@ class SchemaBuilder {
   template <class... T>
   Schema of_variant(const Key& key, const std::variant<T...>*) {
     Schema alternatives = Schema::array();
-    (alternatives.push_back(of_alternative<T>(key)), ...);
+    (add_alternative<T>(alternatives, key), ...);
     return {{"oneOf", alternatives}};
   }
   template <class T>
-  Schema of_alternative(const Key& key) {
+  void add_alternative(Schema& alternatives, const Key& key) {
     if constexpr (std::is_same_v<T, std::string>)
-      return key.words.empty() ? Schema{{"type", "string"}, {"minLength", 1}} : of_words(key);
-    else if constexpr (kIsVector<T>)
-      return of_list<typename T::value_type>(key, key.shortest, key.longest);
+      alternatives.push_back(of_name(key));
     else
-      return of_value<T>(key, {});
+      alternatives.push_back(of_value<T>(key, {}));
+  }
+  static Schema of_name(const Key& key) {
+    return key.words.empty() ? Schema{{"type", "string"}, {"minLength", 1}} : of_words(key);
   }
 
   static Schema of_method(std::size_t family, const std::string& initial, bool or_switch) {

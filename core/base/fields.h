@@ -3,13 +3,17 @@
 
 #include <selvedge/core/base/types.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -41,21 +45,37 @@ struct ValueRange {
 
 /// One axis of a measured curve in a file.
 struct CurveAxis {
-  std::string name, unit;
+  std::string_view name{}, unit{};
   double most = 0.0;  ///< values are from 0 to this
 };
 
-/// A key of scene files. Its default is the value in a default-constructed struct.
+/// Refers to words: those of a braced list until the end of the expression that it stands in.
+struct Words {
+  constexpr Words() = default;
+  constexpr Words(std::initializer_list<std::string_view> list) : list_(list.begin(), list.end()) {}
+  constexpr explicit Words(std::span<const std::string_view> list) : list_(list) {}
+
+  constexpr bool empty() const { return list_.empty(); }
+  constexpr auto begin() const { return list_.begin(); }
+  constexpr auto end() const { return list_.end(); }
+  constexpr std::string_view operator[](std::size_t i) const { return list_[i]; }
+
+ private:
+  std::span<const std::string_view> list_;
+};
+
+/// A key of scene files. Its default is the value in a default-constructed struct. It owns nothing,
+/// so that a list of keys compiles to constants.
 struct Key {
-  std::string unit{};  ///< "m", "1/s"; "1": dimensionless; empty: no number
-  ValueRange range{};  ///< of a number, or of each number in a list
-  std::string text{};  ///< one sentence without full stop and unit
+  std::string_view unit{};  ///< "m", "1/s"; "1": dimensionless; empty: no number
+  ValueRange range{};       ///< of a number, or of each number in a list
+  std::string_view text{};  ///< one sentence without full stop and unit
   /// The words for the values of an enum, in its order, or for false and true. An empty word: files
   /// cannot give this value.
-  std::vector<std::string> words{};
+  Words words{};
   /// Smallest and largest number of characters or elements.
   std::size_t shortest = 0, longest = std::numeric_limits<std::size_t>::max();
-  std::vector<CurveAxis> axes{};  ///< of a measured curve: x and y
+  std::array<CurveAxis, 2> axes{};  ///< of a measured curve: x and y; else without names
   bool required = false;
   bool completed = true;  ///< a key that is left out gets the default
 };

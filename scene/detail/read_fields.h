@@ -76,13 +76,14 @@ class FieldReader {
   }
 
   MonotoneCurve read_curve(const Json& j, const std::string& path,
-                           const std::vector<CurveAxis>& axes) const {
+                           const std::array<CurveAxis, 2>& axes) const {
     std::vector<double> values[2];
     for (std::size_t i = 0; i < j.size(); ++i)
       for (std::size_t k = 0; k < 2; ++k) {
         values[k].push_back(j[i][k].get<double>());
         const std::string fault = range_fault({0, axes[k].most}, values[k].back());
-        if (!fault.empty()) fail(document_, join(join(path, i), k), axes[k].name + " " + fault);
+        if (!fault.empty())
+          fail(document_, join(join(path, i), k), std::string(axes[k].name) + " " + fault);
       }
     try {
       return {values[0], values[1]};

@@ -603,16 +603,17 @@ struct Fields<BoxKey> {
 
 namespace detail {
 
+std::string_view selection_text();
+std::string_view row_text();
+
 /// The piece and the particles that the reader looks up.
 template <class Select>
-void visit_selection(auto&& visitor, const std::string& text = "Which particles") {
+void visit_selection(auto&& visitor, std::string_view text = selection_text()) {
   visitor("geometry", Unstored<std::string>{},
           Key{.text = "Name of the piece; may be left out if there is only one", .shortest = 1});
   visitor("select", Unstored<Select>{},
           Key{.range = kIndices,
-              .text = text + ": a side of a grid, x0, x1, y0 or y1, at its lowest or highest x or "
-                             "y before it is placed; a corner, such as x0y1; or a list of these "
-                             "and of numbers of vertices from 0, of a grid j·(cells_x+1)+i",
+              .text = text,
               .words = {"x0", "x1", "y0", "y1", "x0y0", "x1y0", "x0y1", "x1y1"},
               .shortest = 1,
               .longest = 100000000,
@@ -653,10 +654,7 @@ struct Fields<SideKey> {
   static constexpr const char* kName = "side";
   static constexpr const char* kText = "One side of a seam.";
   static void visit(auto&& visitor) {
-    detail::visit_selection<RowKey>(
-        visitor,
-        "Which particles, in the order of their numbers or, if only numbers are listed, "
-        "of the list");
+    detail::visit_selection<RowKey>(visitor, detail::row_text());
   }
 };
 

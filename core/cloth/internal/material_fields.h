@@ -5,41 +5,22 @@
 #include <selvedge/core/cloth/fabric.h>
 #include <selvedge/core/cloth/fabric_laws.h>
 
-#include <string>
-#include <vector>
-
 namespace selvedge {
 namespace detail {
 
-/// The key of a law: the names of all laws of a kind, with half a sentence on each.
-template <class Law>
-Key law_key(const std::string& text, const std::vector<Law>& laws, const std::string& more = "") {
-  Key key{.text = text};
-  for (const Law& law : laws) {
-    key.text += (key.words.empty() ? ": " : "; ") + law.name + ": " + law.text;
-    key.words.push_back(law.name);
-  }
-  key.text += more;
-  return key;
-}
-
-/// The bending laws that need rows of particles, and which of them serve cells that are split.
-inline std::string bending_laws_of_grids() {
-  std::string all, split;
-  for (const BendingLaw& law : fabric_laws().bending) {
-    if (law.add_to_triangles != nullptr) continue;
-    all += (all.empty() ? "" : ", ") + law.name;
-    if (law.add_to_side != nullptr) split += (split.empty() ? "" : ", ") + law.name;
-  }
-  return all + " (cells that are split: " + split + ")";
-}
+/// Keys of the laws of a kind: the names of all, with half a sentence on each.
+Key stretch_law_key();
+Key shear_law_key();
+Key bending_law_key();
 
 inline Key tension_points(const char* text) {
-  return {.text = text, .axes = {{"strain", "1", 100}, {"force", "N/m", 1e12}}, .completed = false};
+  return {
+      .text = text, .axes = {{{"strain", "1", 100}, {"force", "N/m", 1e12}}}, .completed = false};
 }
 inline Key bending_points(const char* text) {
-  return {
-      .text = text, .axes = {{"curvature", "1/m", 1e9}, {"moment", "N", 1e9}}, .completed = false};
+  return {.text = text,
+          .axes = {{{"curvature", "1/m", 1e9}, {"moment", "N", 1e9}}},
+          .completed = false};
 }
 
 }  // namespace detail
@@ -84,14 +65,9 @@ struct Fields<Material> {
                 .text = "Largest stretch of a spring, as a part of its rest length"});
     visitor("friction", &T::friction,
             Key{.unit = "1", .range = {0, 1e6}, .text = "Coulomb coefficient of cloth on cloth"});
-    visitor("stretch_law", &T::stretch_law,
-            detail::law_key("How cloth resists stretch", fabric_laws().stretch));
-    visitor("shear_law", &T::shear_law,
-            detail::law_key("How cloth resists shear", fabric_laws().shear));
-    visitor("bending_law", &T::bending_law,
-            detail::law_key("How cloth resists bending", fabric_laws().bending,
-                            ". Only on grids of cells: " + detail::bending_laws_of_grids() +
-                                "; the responsive pattern always buckles"));
+    visitor("stretch_law", &T::stretch_law, detail::stretch_law_key());
+    visitor("shear_law", &T::shear_law, detail::shear_law_key());
+    visitor("bending_law", &T::bending_law, detail::bending_law_key());
     for (const LawConstant& constant : fabric_laws().constants)
       visitor(constant.name.c_str(), constant, constant.key);
     visitor("kawabata_lt", &T::kawabata_lt,
@@ -126,7 +102,7 @@ struct Fields<Material> {
     visitor("shear_curve", &T::shear_curve,
             Key{.text = "Points of the shear test for shear_law angle, the same for both "
                         "directions of shear; shear_stiffness is its slope at rest",
-                .axes = {{"angle", "rad", 1.57}, {"force", "N/m", 1e12}},
+                .axes = {{{"angle", "rad", 1.57}, {"force", "N/m", 1e12}}},
                 .completed = false});
     visitor("bending_curve", &T::bending_curve,
             detail::bending_points("Points of the bending test, the same for both faces, for "

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/detail/exact_orientation.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/core/base/internal/orientation.h>
 
 #include <algorithm>
 #include <limits>
@@ -64,7 +64,7 @@ std::int32_t root(std::vector<std::int32_t>& parent, std::int32_t i) {
 // Turn of a, b, p as seen along the x axis, p moved by (e, e²) in that plane with e > 0 as small as
 // need be [EdelsbrunnerMuecke1990]; 0 only if a and b are one point of that plane.
 int turn(const Vec3& a, const Vec3& b, const Vec3& p) {
-  if (const int exact = detail::exact_side(a, b, p, 0); exact != 0) return exact;
+  if (const int exact = orientation(a, b, p, 0); exact != 0) return exact;
   if (a.z() != b.z()) return a.z() > b.z() ? 1 : -1;
   return (b.y() > a.y()) - (b.y() < a.y());
 }
@@ -79,7 +79,7 @@ int ray_crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   if (beside(1) || beside(2)) return 0;
   const int side = turn(a, b, p);
   if (side == 0 || turn(b, c, p) != side || turn(c, a, p) != side) return 0;
-  return detail::exact_side(a, b, c, p) == side ? side : 0;
+  return orientation(a, b, c, p) == side ? side : 0;
 }
 
 }  // namespace

@@ -14,7 +14,6 @@
 namespace selvedge {
 namespace {
 
-using detail::BigInt;
 using Polynomial = detail::Polynomial<BigInt>;
 using Root = detail::Root<BigInt>;
 
@@ -45,7 +44,7 @@ CubicRoots cubic_roots(const std::array<double, 4>& c) {
   require_finite(c);
   int exponent = std::numeric_limits<int>::max();
   for (const double a : c)
-    if (a != 0.0) exponent = std::min(exponent, detail::lowest_bit(a));
+    if (a != 0.0) exponent = std::min(exponent, lowest_bit(a));
   // t^i = sum over j >= i of binomial(3 - i, j - i) (1 - t)^(3 - j) t^j.
   constexpr int kBinomial[4][4] = {{1, 3, 3, 1}, {0, 1, 2, 1}, {0, 0, 1, 1}, {0, 0, 0, 1}};
   Polynomial p;

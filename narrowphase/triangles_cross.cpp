@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/narrowphase/detail/orientation.h>
+#include <selvedge/core/base/internal/orientation.h>
 #include <selvedge/narrowphase/internal/triangles_cross.h>
 
 #include <Eigen/Geometry>
@@ -10,7 +10,6 @@
 namespace selvedge {
 namespace {
 
-using detail::orientation;
 using Corners = std::array<Vec3, 3>;
 using Sides = std::array<int, 3>;  // of the corners of a triangle, relative to a plane
 

@@ -15,7 +15,7 @@ set -uo pipefail
 # shellcheck source=tests/mutants_lib.sh
 source "$SOURCE/tests/mutants_lib.sh"
 
-exact=(ccd_exact distance narrow_phase detail/big_int detail/ccd_filter
+exact=(ccd_exact distance narrow_phase ../core/base/big_int detail/ccd_filter
        detail/exact_query detail/float_paths detail/in_plane detail/polynomial detail/polynomial_isolation
        detail/polynomial_root detail/root_floor detail/root_isolation detail/sharp_query)
 # Those that the changes below reach.

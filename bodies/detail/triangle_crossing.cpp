@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/bodies/detail/exact_orientation.h>
 #include <selvedge/bodies/detail/triangle_crossing.h>
+#include <selvedge/core/base/internal/orientation.h>
 
 #include <algorithm>
 #include <limits>
@@ -13,7 +13,7 @@ namespace {
 // projection preserves all incidences of coplanar figures.
 int projection_axis(const Corners& t) {
   for (int axis = 0; axis < 3; ++axis)
-    if (exact_side(t[0], t[1], t[2], axis) != 0) return axis;
+    if (orientation(t[0], t[1], t[2], axis) != 0) return axis;
   return -1;
 }
 
@@ -32,16 +32,16 @@ bool within_box(const Vec3& p, const Vec3& a, const Vec3& b, int axis) {
 }
 
 bool segments_meet(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, int axis) {
-  const int ap = exact_side(a, b, p, axis), aq = exact_side(a, b, q, axis);
-  const int pa = exact_side(p, q, a, axis), pb = exact_side(p, q, b, axis);
+  const int ap = orientation(a, b, p, axis), aq = orientation(a, b, q, axis);
+  const int pa = orientation(p, q, a, axis), pb = orientation(p, q, b, axis);
   if (ap * aq < 0 && pa * pb < 0) return true;
   return (ap == 0 && within_box(p, a, b, axis)) || (aq == 0 && within_box(q, a, b, axis)) ||
          (pa == 0 && within_box(a, p, q, axis)) || (pb == 0 && within_box(b, p, q, axis));
 }
 
 bool contains(const Corners& t, const Vec3& p, int axis) {
-  return !on_both_sides(exact_side(t[0], t[1], p, axis), exact_side(t[1], t[2], p, axis),
-                        exact_side(t[2], t[0], p, axis));
+  return !on_both_sides(orientation(t[0], t[1], p, axis), orientation(t[1], t[2], p, axis),
+                        orientation(t[2], t[0], p, axis));
 }
 
 // Segment and triangle in a common plane.
@@ -58,8 +58,8 @@ bool segment_meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const C
                    int axis) {
   if (side_p * side_q > 0) return false;
   if (side_p == 0 && side_q == 0) return coplanar_meet(p, q, t, axis);
-  return !on_both_sides(exact_side(p, q, t[0], t[1]), exact_side(p, q, t[1], t[2]),
-                        exact_side(p, q, t[2], t[0]));
+  return !on_both_sides(orientation(p, q, t[0], t[1]), orientation(p, q, t[1], t[2]),
+                        orientation(p, q, t[2], t[0]));
 }
 
 // True if an edge of a meets b.
@@ -72,8 +72,8 @@ bool edges_meet(const Corners& a, const std::array<int, 3>& side, const Corners&
 }
 
 std::array<int, 3> sides(const Corners& a, const Corners& b) {
-  return {exact_side(b[0], b[1], b[2], a[0]), exact_side(b[0], b[1], b[2], a[1]),
-          exact_side(b[0], b[1], b[2], a[2])};
+  return {orientation(b[0], b[1], b[2], a[0]), orientation(b[0], b[1], b[2], a[1]),
+          orientation(b[0], b[1], b[2], a[2])};
 }
 
 // Rounding of a difference, of three products and of their sum, with room to spare, relative to the
@@ -130,8 +130,8 @@ bool wedges_meet(const Corners& a, const Corners& b) {
 
 bool leaves_overlap(const Corners& a, const Corners& b) {
   const int axis = projection_axis(a);
-  return axis >= 0 && exact_side(a[0], a[1], a[2], b[2]) == 0 &&
-         exact_side(a[0], a[1], a[2], axis) * exact_side(a[0], a[1], b[2], axis) > 0;
+  return axis >= 0 && orientation(a[0], a[1], a[2], b[2]) == 0 &&
+         orientation(a[0], a[1], a[2], axis) * orientation(a[0], a[1], b[2], axis) > 0;
 }
 
 }  // namespace selvedge::detail

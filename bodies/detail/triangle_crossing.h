@@ -12,8 +12,8 @@ using Corners = std::array<Vec3, 3>;
 /// True if the corners are collinear. Exact.
 bool has_no_area(const Corners& t);
 
-/// True if the closed triangles have a common point; touching counts. Decided by exact signs, hence
-/// correct within the range stated in exact_orientation.h. A triangle without area counts as its
+/// True if the closed triangles have a common point; touching counts. Exact for finite
+/// corners. A triangle without area counts as its
 /// longest edge; two such triangles never meet.
 bool triangles_meet(const Corners& a, const Corners& b);
 

@@ -29,14 +29,6 @@
 
 namespace selvedge::detail {
 
-int lowest_bit(double x) {
-  int e = 0;
-  const double m = std::frexp(std::abs(x), &e);
-  constexpr int kMantissaBits = 53;
-  const auto bits = static_cast<std::uint64_t>(std::ldexp(m, kMantissaBits));
-  return e - kMantissaBits + std::countr_zero(bits);
-}
-
 namespace {
 
 template <class Int>

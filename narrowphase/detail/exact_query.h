@@ -16,9 +16,6 @@ bool collides_exactly(const FilterKernel& kernel, const Query& query, double& to
 /// root.floor is then the largest double not above it.
 bool touches_exactly(const Query& query, IsolatedRoot& root);
 
-/// Exponent of the lowest set bit of x, which is finite and not zero.
-int lowest_bit(double x);
-
 /// The coplanarity cubic of the four vertices, times a power of two; may be identically zero.
 Polynomial<BigInt> coplanarity_cubic(const Query& query);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <selvedge/narrowphase/detail/big_int.h>
+#include <selvedge/core/base/internal/big_int.h>
 #include <selvedge/narrowphase/detail/double_double.h>
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <selvedge/bodies/body.h>
-#include <selvedge/bodies/detail/exact_orientation.h>
 #include <selvedge/bodies/detail/triangle_crossing.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/bodies/mesh_report.h>
+#include <selvedge/core/base/internal/orientation.h>
 #include <selvedge/core/base/parallel.h>
 
 #include <gtest/gtest.h>
@@ -122,14 +122,14 @@ TEST(ExactOrientation, SignsAreRightWhereDoublesCannotTell) {
       p[2][k] = static_cast<double>(w[k] + d[k]);
       p[3][k] = static_cast<double>(d[k]);
     }
-    ASSERT_EQ(detail::exact_side(p[0], p[1], p[2], p[3]), expected) << "round " << round;
-    ASSERT_EQ(detail::exact_side(p[1], p[0], p[2], p[3]), -expected) << "round " << round;
+    ASSERT_EQ(orientation(p[0], p[1], p[2], p[3]), expected) << "round " << round;
+    ASSERT_EQ(orientation(p[1], p[0], p[2], p[3]), -expected) << "round " << round;
     zeros += expected == 0;
     // In the plane: (n, n+1) × (nm + s, (n+1)m + s) = -s, a difference of terms near 2^76.
     const std::int64_t n = below(25), m = below(25), s = round % 3 - 1;
     const Vec3 q[2] = {{0.0, static_cast<double>(n), static_cast<double>(n + 1)},
                        {0.0, static_cast<double>(n * m + s), static_cast<double>((n + 1) * m + s)}};
-    ASSERT_EQ(detail::exact_side(q[0], q[1], Vec3::Zero(), 0), -s) << "round " << round;
+    ASSERT_EQ(orientation(q[0], q[1], Vec3::Zero(), 0), -s) << "round " << round;
   }
   EXPECT_GT(zeros, 300);
 }

@@ -27,8 +27,7 @@ using ccd_queries::falling_point, ccd_queries::families, ccd_queries::Family, cc
 using ccd_queries::integer, ccd_queries::kind_of_index, ccd_queries::Random, ccd_queries::real;
 using ccd_queries::Truth, ccd_queries::truth_of;
 
-using detail::BigInt, detail::Box, detail::isolate_roots, detail::Polynomial, detail::restrict_to,
-    detail::Root;
+using detail::Box, detail::isolate_roots, detail::Polynomial, detail::restrict_to, detail::Root;
 
 namespace fs = std::filesystem;
 constexpr double kInf = std::numeric_limits<double>::infinity();

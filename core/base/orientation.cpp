@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/narrowphase/detail/big_int.h>
-#include <selvedge/narrowphase/detail/error_bounds.h>
-#include <selvedge/narrowphase/detail/exact_query.h>
-#include <selvedge/narrowphase/detail/orientation.h>
+// [Shewchuk1997] J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust
+// geometric predicates", 1997: the filter.
+#include <selvedge/core/base/internal/big_int.h>
+#include <selvedge/core/base/internal/orientation.h>
 
 #include <algorithm>
 #include <array>
@@ -10,9 +10,10 @@
 #include <limits>
 #include <span>
 
-namespace selvedge::detail {
+namespace selvedge {
 namespace {
 
+constexpr double kRoundoff = std::numeric_limits<double>::epsilon() / 2.0;
 // [Shewchuk1997] error bounds A of ORIENT3D and ORIENT2D, relative to the sum of absolute products.
 constexpr double kOrient3dBound = (7.0 + 56.0 * kRoundoff) * kRoundoff;
 constexpr double kOrient2dBound = (3.0 + 16.0 * kRoundoff) * kRoundoff;
@@ -91,4 +92,4 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, int axis) {
   return exact_orientation({a, b, c}, i, j);
 }
 
-}  // namespace selvedge::detail
+}  // namespace selvedge

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace selvedge::detail {
+namespace selvedge {
 
 /// Signed integer of any size for the exact stage. Numbers of up to kInline * 64 bits, enough for
 /// the coordinates of ordinary scenes, live in the object; larger ones on the heap.
@@ -73,4 +73,7 @@ class BigInt {
   };
 };
 
-}  // namespace selvedge::detail
+/// Exponent of the lowest set bit of x, which is finite and not zero.
+int lowest_bit(double x);
+
+}  // namespace selvedge

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/narrowphase/detail/big_int.h>
+#include <selvedge/core/base/internal/big_int.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
 
-namespace selvedge::detail {
+namespace selvedge {
 namespace {
 
 using Limb = std::uint64_t;
@@ -402,4 +402,12 @@ BigInt BigInt::operator>>(int bits) const {
   return r;
 }
 
-}  // namespace selvedge::detail
+int lowest_bit(double x) {
+  int e = 0;
+  const double m = std::frexp(std::abs(x), &e);
+  constexpr int kMantissaBits = 53;
+  const auto bits = static_cast<std::uint64_t>(std::ldexp(m, kMantissaBits));
+  return e - kMantissaBits + std::countr_zero(bits);
+}
+
+}  // namespace selvedge

@@ -54,12 +54,27 @@ struct Wrench {
   Wrench operator*(double factor) const { return {factor * force, factor * torque}; }
 };
 
+/// The cloth that a body carries, as point masses where it touches: the mass of each piece, shared
+/// by the sizes of its impulses on bodies. A program that moves the body by the forces of the step
+/// before solves (m + m_e) a' = f + m_e a instead of m a' = f, with its own m and the accelerations
+/// a of the last and a' of the next step. It would diverge where the cloth is heavier than the
+/// body: P. Causin, J. F. Gerbeau, F. Nobile, "Added-mass effect in the design of partitioned
+/// algorithms for fluid-structure problems", 2005.
+struct EffectiveMass {
+  double mass = 0.0;            ///< kg
+  Vec3 centre = Vec3::Zero();   ///< m
+  Mat3 inertia = Mat3::Zero();  ///< kg·m², about the centre
+
+  void add(const Vec3& x, double m);  ///< a point mass
+};
+
 /// What the cloth exerted during a step, or on the mean of several, and what acted on it. The
 /// forces are impulses over time and act at the positions of the start of the step. They sum up:
 /// change.force = Σ others.force - Σ bodies.force - Σ held_force, and the same for torques.
 struct StepWrenches {
-  double h = 0.0;              ///< s, length of the step or of all of them
-  std::vector<Wrench> bodies;  ///< on each body, by contacts, friction and pinched cloth
+  double h = 0.0;                        ///< s, length of the step or of all of them
+  std::vector<Wrench> bodies;            ///< on each body, by contacts, friction and pinched cloth
+  std::vector<EffectiveMass> body_mass;  ///< of each body; in a mean that of the last step
   /// On each rigid body among the pieces (BuiltScene::solids), by contacts and friction. They are
   /// part of the sums: to them the bodies are cloth.
   std::vector<Wrench> solids;

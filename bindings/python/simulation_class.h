@@ -59,6 +59,19 @@ inline py::array vector_of(const Vec3& v) {
   return own<double>(std::vector<double>(v.begin(), v.end()));
 }
 
+inline py::tuple mass_arrays(const std::vector<EffectiveMass>& list) {
+  std::vector<double> mass;
+  py::array_t<double> inertia({py::ssize_t(list.size()), py::ssize_t(3), py::ssize_t(3)});
+  for (std::size_t b = 0; b < list.size(); ++b) {
+    mass.push_back(list[b].mass);
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) inertia.mutable_at(b, i, k) = list[b].inertia(i, k);
+  }
+  return py::make_tuple(own<double>(std::move(mass)),
+                        column<double>(list, [](const EffectiveMass& m) { return m.centre; }),
+                        inertia);
+}
+
 template <class S>
 py::dict wrench_table(S& session, bool mean, const Vec3& about) {
   const StepWrenches found = unlocked(
@@ -67,6 +80,7 @@ py::dict wrench_table(S& session, bool mean, const Vec3& about) {
   out["h"] = found.h;
   out["bodies"] = wrench_arrays(found.bodies, about);
   out["solids"] = wrench_arrays(found.solids, about);
+  out["body_mass"] = mass_arrays(found.body_mass);
   out["handles"] = wrench_arrays(found.handles, about);
   out["held"] = own<std::int32_t>(std::vector<std::int32_t>(found.held));
   out["held_force"] = column<double>(found.held_force, [](const Vec3& f) { return f; });

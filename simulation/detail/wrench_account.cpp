@@ -21,6 +21,14 @@ Wrench& Wrench::operator+=(const Wrench& other) {
   return *this;
 }
 
+void EffectiveMass::add(const Vec3& x, double m) {
+  const Vec3 d = x - centre;
+  const double all = mass + m;
+  inertia += mass * m / all * (d.squaredNorm() * Mat3::Identity() - d * d.transpose());
+  centre += m / all * d;
+  mass = all;
+}
+
 namespace detail {
 namespace {
 
@@ -35,6 +43,12 @@ Wrench momentum(std::span<const double> mass, std::span<const Vec3> x, std::span
 }
 
 double ratio(double part, double whole) { return whole > 0.0 ? part / whole : 0.0; }
+
+// A particle of the cloth of a contact; -1: two bodies.
+std::int32_t cloth_of(const ContactImpulse& c, std::int32_t n) {
+  const auto found = std::find_if(c.vertex.begin(), c.vertex.end(), [n](auto i) { return i < n; });
+  return found == c.vertex.end() ? -1 : *found;
+}
 
 // The handle that holds each particle; -1: none.
 std::vector<std::int32_t> handle_of(const Scene& scene, const BuiltScene& built,
@@ -72,6 +86,8 @@ void WrenchAccount::begin_step(StepMethods& methods, const StepInput& in,
   last_.bodies.resize(built_.bodies.size());
   last_.handles.resize(scene_.handles.size());
   last_.solids.resize(built_.solids.size());
+  last_.body_mass.resize(built_.bodies.size());
+  touches_.clear();
   if (solid_of_.empty()) solid_of_ = solid_of_particles(built_);
   last_.others = outcome.parting.ends.given;
   contact_.assign(in.n(), Vec3::Zero());
@@ -106,6 +122,9 @@ void WrenchAccount::add_contacts(std::span<const ContactImpulse> impulses) {
       gaps_.add(i >= n ? touch : in_->x_t0[i], impulse);
       if (i >= n) {
         last_.bodies[body_of(i - n)].add(touch, impulse);
+        if (const std::int32_t other = cloth_of(c, n); other >= 0)
+          touches_.push_back(
+              {methods_->names.owner_index(other), body_of(i - n), touch, impulse.norm()});
         continue;
       }
       contact_[i] += impulse;
@@ -114,6 +133,17 @@ void WrenchAccount::add_contacts(std::span<const ContactImpulse> impulses) {
       if (in_->inv_mass[i] > 0.0) on_free_.add(in_->x_t0[i], impulse);
     }
   }
+}
+
+void WrenchAccount::share_masses() {
+  const std::vector<std::int32_t>& begin = built_.piece_begin;
+  std::vector<double> mass(begin.size() - 1), total(begin.size() - 1);
+  for (std::size_t p = 0; p < mass.size(); ++p)
+    for (std::int32_t i = begin[p]; i < begin[p + 1]; ++i) mass[p] += in_->particles.mass[i];
+  for (const Touch& t : touches_) total[t.piece] += t.impulse;
+  for (const Touch& t : touches_)
+    if (t.impulse > 0.0)
+      last_.body_mass[t.body].add(t.x, mass[t.piece] * t.impulse / total[t.piece]);
 }
 
 // Where the method does not keep them: what the free particles took from them, and for held ones
@@ -203,6 +233,7 @@ void WrenchAccount::add_pinched(const Pinch& pinch, const Vec3& impulse) {
 
 void WrenchAccount::end_step() {
   add_held();
+  share_masses();
   close();
   add_to_mean();
 }
@@ -285,6 +316,7 @@ void WrenchAccount::add_to_mean() {
   const double h = last_.h;
   sum_.h += h;
   sum_.bodies.resize(last_.bodies.size());
+  sum_.body_mass = last_.body_mass;
   sum_.handles.resize(last_.handles.size());
   sum_.solids.resize(last_.solids.size());
   for (std::size_t b = 0; b < last_.bodies.size(); ++b) sum_.bodies[b] += last_.bodies[b] * h;

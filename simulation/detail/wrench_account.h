@@ -43,6 +43,7 @@ class WrenchAccount {
  private:
   Vec3 touching_point(const ContactImpulse& c, std::int32_t n) const;
   void add_contacts(std::span<const ContactImpulse> impulses);
+  void share_masses();
   void find_forces();
   void add_free();
   void add_held();
@@ -63,6 +64,12 @@ class WrenchAccount {
   Wrench on_free_;                      // N·s, of contacts on free particles that no solve had
   Wrench gaps_;                         // N·s, of contacts on both of their sides
   ForceImpulses forces_;
+  struct Touch {
+    std::size_t piece, body;
+    Vec3 x;          // m
+    double impulse;  // N·s
+  };
+  std::vector<Touch> touches_;
   std::vector<Vec3> v_;  // m/s
 
   StepWrenches last_;  // impulses while the step is under way

@@ -9,6 +9,7 @@
 #include <selvedge/simulation/simulation_state.h>
 #include <selvedge/simulation/step_report.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <random>
 #include <string>
@@ -247,6 +248,42 @@ TEST(Wrenches, HaveTheSameBitsForAnyNumberOfThreads) {
     }
   }
   EXPECT_EQ(felt[0], felt[1]);
+}
+
+// The piece alone touches them, so both together carry its mass, each the more the more it bears.
+TEST(Wrenches, KnowTheMassThatBodiesCarry) {
+  Scene scene = sheet_scene();
+  add_ball(scene);
+  add_ball(scene);
+  scene.bodies[0].placement.translation = {-0.1, 0.0, -0.01};
+  scene.bodies[1].placement.translation = {0.3, 0.0, -0.01};
+  Simulation simulation(scene);
+  simulation.measure_wrenches(true);
+  simulation.step();
+  EXPECT_EQ(simulation.wrenches().body_mass[0].mass, 0.0) << "nothing touches yet";
+  simulation.advance_to_frame(20);
+  const StepWrenches& w = simulation.wrenches();
+  const double mass = weight_of(simulation).norm() / 9.81;
+  EXPECT_NEAR(w.body_mass[0].mass + w.body_mass[1].mass, mass, 1e-12);
+  const bool first_bears = w.bodies[0].force.norm() > w.bodies[1].force.norm();
+  EXPECT_EQ(w.body_mass[0].mass > w.body_mass[1].mass, first_bears);
+  for (std::size_t b = 0; b < 2; ++b) {
+    const EffectiveMass& e = w.body_mass[b];
+    const Vec3 from_ball = e.centre - scene.bodies[b].placement.translation;
+    EXPECT_LT(from_ball.norm(), 0.21) << "within the ball, to which the points belong";
+    EXPECT_GE(e.inertia.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), -1e-12);
+    EXPECT_LT(e.inertia.trace(), 2.0 * e.mass * 0.3 * 0.3);
+  }
+}
+
+TEST(Wrenches, AddPointMassesToABodyOfThem) {
+  EffectiveMass pair;
+  pair.add(Vec3(1.0, 0.0, 0.0), 1.0);
+  pair.add(Vec3(-2.0, 0.0, 0.0), 2.0);
+  EXPECT_NEAR(pair.mass, 3.0, 1e-15);
+  EXPECT_LT((pair.centre - Vec3(-1.0, 0.0, 0.0)).norm(), 1e-15);
+  // 1 · 2² + 2 · 1² about y and z
+  EXPECT_LT((pair.inertia - Mat3(Vec3(0.0, 6.0, 6.0).asDiagonal())).norm(), 1e-14);
 }
 
 }  // namespace

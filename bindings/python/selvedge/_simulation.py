@@ -409,7 +409,10 @@ class Simulation:
         Returns:
             dict with "h", seconds; "bodies", "handles" and "solids" (bodies with "mass"): each a pair
             (force, torque) of arrays (k, 3) in newtons and newton metres that the cloth exerts, in
-            the order of the scene; "held" (m,) and
+            the order of the scene; "body_mass": (mass (b,), centre (b, 3), inertia (b, 3, 3) about it)
+            of the cloth that each body carries, kg, m and kg m^2, for engines that move the body and
+            solve (m + mass) a' = force + mass a, with the acceleration a of the step before, which
+            stays stable where the cloth is heavier than the body; "held" (m,) and
             "held_force" (m, 3): each vertex that handles or hold() keep, and the force on what keeps
             it; "others": by cause, (force, torque) on the cloth; "change": (force, torque), the change
             of its momentum per second. change = sum of others - bodies - held_force; "force_error"

@@ -288,6 +288,10 @@ def test_a_table_feels_the_weight_of_cloth():
     np.testing.assert_allclose(torque, 0.0, atol=0.01 * weight)
     np.testing.assert_allclose(felt["others"]["loads"][0], [0, 0, -weight], atol=1e-9)
     assert felt["force_error"] < 1e-9
+    mass, centre, inertia = felt["body_mass"]
+    np.testing.assert_allclose(mass, [simulation.mass.sum()])
+    np.testing.assert_allclose(centre, [[0.01, 0.02, 0.05]], atol=0.01)
+    assert inertia.shape == (1, 3, 3) and np.linalg.eigvalsh(inertia[0]).min() > 0
 
 
 def test_forces_are_those_of_newton():

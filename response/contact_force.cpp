@@ -12,21 +12,6 @@ namespace {
 
 // Contacts per range: of sums, and of work on each contact alone.
 constexpr std::size_t kGrain = 1024, kEach = 256;
-constexpr std::size_t kVertexGrain = 2048;
-
-// Sweeps over the contacts of the first guess. One suffices where no particle has two of them.
-constexpr int kGuessSweeps = 4;
-
-// A contact yields by at most this share of its rest gap under its guessed load. A sharp vertex of
-// a body may carry hundreds of times the weight of the particles that touch it. With a smaller
-// share, stiff contacts that take loads from each other let a taut strip creep around a cylinder.
-constexpr double kYield = 0.5;
-// The greatest factor of the stiffness for that: rest gaps may be tiny, and the solver works in
-// single precision.
-constexpr double kStiffest = 1e4;
-
-// N, load of a contact that takes part in a solve although no load is expected.
-constexpr double kLeastLoad = std::numeric_limits<double>::min();
 
 // A contact whose guessed friction has this share of its limit starts to slide.
 constexpr double kSliding = 0.999;
@@ -61,14 +46,6 @@ constexpr double kTouch = 0.02;
 constexpr double kLineTolerance = 0.05;
 constexpr int kLineIterations = 20;
 
-Vec3 tangential(const Vec3& u, const Vec3& normal) { return u - normal.dot(u) * normal; }
-
-/// f, shortened to at most `limit`.
-Vec3 within(const Vec3& f, double limit) {
-  const double size = f.norm();
-  return size <= limit ? f : Vec3(limit / size * f);
-}
-
 }  // namespace
 
 void ContactForce::begin(const ResponseStep& step) {
@@ -94,17 +71,6 @@ void ContactForce::begin(const ResponseStep& step) {
   }
   if (!explicit_) explicit_ = responses().at("impulse")();
   explicit_->begin(step);
-}
-
-// A particle keeps its velocity if the contacts balance the other forces on it.
-void ContactForce::set_balanced(const ResponseStep& step) {
-  v_guess_.clear();
-  if (!step.implicit || step.unbalanced.empty()) return;
-  v_guess_.resize(step.v.size());
-  parallel_for(v_guess_.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      v_guess_[i] = step.v[i] + motion_.inv_mass[i] * step.unbalanced[i];
-  });
 }
 
 // m/s
@@ -149,11 +115,11 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   // mislead.
   const bool guesses = !v_guess_.empty() && v_last_.empty() && !is_impact();
   const bool rigid = motion_.followers != nullptr && motion_.followers->has_rigid();
-  if (guesses) {
-    guess_forces(added);
-    if (rigid) recall_loads(added);
-    bear_loads(added);
-  }
+  const bool pressed = rigid && !v_guess_.empty() && v_last_.empty();
+  if (pressed) v_unpushed_ = v_guess_;
+  if (guesses) guess_forces(added);
+  if (pressed) press_loads(added);
+  if (guesses || pressed) bear_loads(added);
   const double ratio =
       stick_scale_ * (is_impact() ? config_.impact_stick_ratio : config_.stick_ratio);
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
@@ -167,84 +133,6 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
       start_friction(e);
     }
   });
-}
-
-// The first guess of the contact forces where the other forces are known: those with which the
-// particles would keep their velocities, or stop at the contact. Gauss-Seidel sweeps over the
-// contacts share the forces of a particle among them. Elastic forces count as they are if the cloth
-// moves on as before, so that a contact carries all that hangs on it, not its own weight alone.
-// Every contact that is near takes part in the first solve, which shows whether it carries load.
-void ContactForce::guess_forces(std::span<Entry> entries) {
-  for (Entry& e : entries) {
-    e.load = e.near ? kLeastLoad : 0.0;
-    if (e.near) add_guess(e, motion_.h * e.friction);
-  }
-  for (int sweep = 0; sweep < kGuessSweeps; ++sweep)
-    for (Entry& e : entries)
-      if (e.near) guess_force(e);
-}
-
-void ContactForce::guess_force(Entry& e) {
-  const ContactPoint& c = e.point;
-  const double per_length = e.m_eff / (motion_.h * motion_.h);  // N/m
-  const Vec3 before = e.load * c.normal + e.friction;
-  const Vec3 free = guessed_motion(e) - before / per_length;
-  const double violation = e.target - c.gap - c.normal.dot(free);
-  e.load = std::max(kLeastLoad, yielding() * per_length * violation);
-  if (!e.remembers)
-    e.friction = within(-per_length * tangential(free, c.normal), c.friction * e.load);
-  add_guess(e, motion_.h * (e.load * c.normal + e.friction - before));
-}
-
-Vec3 ContactForce::guessed_motion(const Entry& e) const {
-  Vec3 u = e.body_motion;
-  for_each_mover(e.point, motion_,
-                 [&](std::size_t i, double weight) { u += weight * motion_.h * v_guess_[i]; });
-  return u;
-}
-
-void ContactForce::add_guess(const Entry& e, const Vec3& impulse) {
-  for_each_mover(e.point, motion_, [&](std::size_t i, double weight) {
-    v_guess_[i] += weight * motion_.inv_mass[i] * impulse;
-  });
-}
-
-// Lets the contacts bear the loads that were guessed: their targets lie farther by what they yield.
-// Otherwise a contact whose load is too large for the recovery of a step would sink from step to
-// step until it collides. Contacts of the same particles yield alike.
-void ContactForce::bear_loads(std::span<Entry> entries) {
-  yields_.assign(v_guess_.size(), {});
-  const auto for_each_particle = [&](const Entry& e, const auto& body) {
-    for (int k = 0; k < 4; ++k)
-      if (const auto i = static_cast<std::size_t>(e.point.vertex[k]); i < motion_.particles)
-        body(yields_[i], std::abs(e.point.weight[k]));
-  };
-  for (const Entry& e : entries)
-    if (e.near)
-      for_each_particle(e, [&](Yield& y, double weight) {
-        y.load += weight * e.load;
-        y.stiffness += weight * e.stiffness;
-      });
-  for (Entry& e : entries) {
-    if (!e.near) continue;
-    double sum = 0.0, weights = 0.0;
-    for_each_particle(e, [&](const Yield& y, double weight) {
-      if (y.stiffness <= 0.0) return;
-      sum += weight * y.load / y.stiffness;
-      weights += weight;
-    });
-    if (weights <= 0.0) continue;
-    const double yield = sum / weights, rest = e.point.rest_gap;
-    e.stiffness *= std::clamp(yield / (kYield * rest), 1.0, kStiffest);
-    e.target = std::min(rest, e.target + std::min(yield, kYield * rest));
-  }
-}
-
-// Cloth between bodies that press it: no guess finds the loads, which balance each other, so that
-// those of the last step count.
-void ContactForce::recall_loads(std::span<Entry> entries) {
-  for (Entry& e : entries)
-    if (e.near) e.load = std::max(e.load, e.load_before);
 }
 
 // Such cloth is light by the loads: its friction must reach its limit before the contact counts as
@@ -556,7 +444,7 @@ void ContactForce::pull_back(std::span<Vec3> v) {
     e.applied = share < 1.0 ? Vec3((1.0 - share) * e.applied + share * e.solved) : e.solved;
   });
   v_last_.resize(v.size());
-  parallel_for(v.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(v.size(), kContactVertexGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (share < 1.0) v[i] = v_last_[i] + share * (v[i] - v_last_[i]);
       v_last_[i] = v[i];

@@ -3,6 +3,7 @@
 
 #include <selvedge/core/cloth/cloth_mesh.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -39,6 +40,9 @@ class Followers {
 
   /// Whether particles belong to rigid bodies.
   bool has_rigid() const { return !rigid_.empty(); }
+  bool is_rigid(std::int32_t particle) const {
+    return std::binary_search(rigid_.begin(), rigid_.end(), particle);
+  }
   /// 1/kg, the mobility of each vertex of a rigid body, Σ weight²/mass of its leaders, in place of
   /// its own inverse mass. `mass` and `inv_mass` of all particles; those of others stay.
   void set_mobility(std::span<const double> mass, std::span<double> inv_mass) const;

@@ -4,6 +4,7 @@
 #include <selvedge/response/detail/contact_memory.h>
 #include <selvedge/response/response.h>
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,26 @@ struct ContactForceConfig {
   /// a twentieth of its weight.
   double settled_tolerance = 2e-4;
 };
+
+// -- shared by contact_force.cpp and contact_force_guess.cpp ------------------------------------
+
+/// Particles per range of a loop.
+inline constexpr std::size_t kContactVertexGrain = 2048;
+
+/// N, load of a contact that takes part in a solve although no load is expected.
+inline constexpr double kLeastLoad = std::numeric_limits<double>::min();
+
+/// The greatest factor by which a contact is made stiffer for its load: rest gaps may be tiny, and
+/// the solver works in single precision.
+inline constexpr double kStiffest = 1e4;
+
+inline Vec3 tangential(const Vec3& u, const Vec3& normal) { return u - normal.dot(u) * normal; }
+
+/// f, shortened to at most `limit`.
+inline Vec3 within(const Vec3& f, double limit) {
+  const double size = f.norm();
+  return size <= limit ? f : Vec3(limit / size * f);
+}
 
 /// Contact and Coulomb friction as forces inside the implicit step [after the active-set view of
 /// penalty contact, Wriggers 2006, ch. 5]. Each contact pushes with λ = k (rest - gap⁺)₊ along its
@@ -132,7 +153,10 @@ class ContactForce final : public Response {
   bool comes_near(const Entry& e) const;
   double first_load(const Entry& e) const;
   void recall(Entry& e) const;
-  static void recall_loads(std::span<Entry> entries);
+  void press_loads(std::span<Entry> entries);
+  std::size_t pressing_body(const ContactPoint& c) const;
+  std::size_t first_leader(std::size_t particle) const;
+  double pressing_load(const Entry& e) const;
   double bearing_stick(const Entry& e) const;
   void start(Entry& e) const;
   ImplicitTerm term_of(const Entry& e) const;
@@ -171,9 +195,10 @@ class ContactForce final : public Response {
   double load_tolerance_ = 0.0;
   double stick_scale_ = 1.0;  // viscosity divided by that of a step that joins none
   std::vector<Vec3> body_displacement_, v_start_, v_predicted_;
-  std::vector<Vec3> v_guess_;  // of particles on which only these forces and the guess act, m/s;
-                               // empty: the other forces are unknown
-  std::vector<Yield> yields_;  // scratch of the first guess, by particle
+  std::vector<Vec3> v_guess_;     // of particles on which only these forces and the guess act, m/s;
+                                  // empty: the other forces are unknown
+  std::vector<Vec3> v_unpushed_;  // the same without the guess, in scenes with rigid bodies
+  std::vector<Yield> yields_;     // scratch of the first guess, by particle
   std::vector<Entry> entries_;
   std::vector<ImplicitTerm> terms_;
   std::vector<std::size_t> term_entry_;  // entry of each term

@@ -98,7 +98,7 @@ TEST(Grips, JawsThatShearWithEqualFrictionDoNotTearCloth) {
 }
 
 // The row is held at a plane that a jaw passes: what is prescribed crosses.
-TEST(Grips, AJawThatRunsOverAHeldRowIsCountedAndTheRowFlagged) {
+TEST(Grips, AJawOverAHeldRowIsCountedAndTheRowFlagged) {
   for (const unsigned seed : {99U, 447U}) {
     const GripScene grip = scene_of(seed);
     Simulation simulation(grip.scene);

@@ -191,7 +191,9 @@ class ClothTask:
         def act(observation: Observation) -> Array:
             tips, holding = observation["tips"], observation["holding"]
             move = wanted(observation) - tips
-            there = np.abs(move).max() < 1e-3 and holding.all() == left[0].closed
+            # What slides away before a tip is never reached to the millimetre.
+            near = 5e-3 if callable(left[0].tips) else 1e-3
+            there = np.abs(move).max() < near and holding.all() == left[0].closed
             waited[0] += int(there)
             if there and len(left) > 1 and waited[0] > left[0].wait:
                 left.pop(0)

@@ -137,7 +137,7 @@ void ContactForce::press_loads(std::span<Entry> entries) {
   }
 }
 
-// The first leader of the first rigid body in a contact; that of no particle: there is none.
+// The first leader of the first rigid body in a contact; without one, the number of particles.
 std::size_t ContactForce::pressing_body(const ContactPoint& c) const {
   for (const std::int32_t vertex : c.vertex)
     if (const auto i = static_cast<std::size_t>(vertex);

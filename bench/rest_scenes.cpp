@@ -6,11 +6,6 @@
 #include <numbers>
 
 namespace selvedge::bench {
-namespace {
-
-constexpr double kCapstanLoad = 0.02;  // kg; load at the lighter end
-
-}  // namespace
 
 Scene empty_scene(const BenchOptions& options) {
   Scene scene;
@@ -99,7 +94,7 @@ Capstan capstan(const BenchOptions& options, double ratio, double mu, int resolu
   c.scene.contact.rest_gap = 0.002;
   c.scene.contact.self = false;
   const double radius = 0.1;
-  const int along = options.cells > 0 ? options.cells : 120, across = 4;
+  const int along = options.cells > 0 ? options.cells : 120, across = kCapstanAcross;
   const double length = std::numbers::pi * (radius + 0.002) + 1.0;
   ClothSpec spec = sheet(1.0, 1, Vec3::Zero());
   spec.shape = ClothGrid{"rectangular", {length, 0.04, along, across}};

@@ -36,6 +36,10 @@ Scene incline_scene(const BenchOptions& options, double mu, double angle);
 /// of 2 mm on each side.
 Scene jaws_scene(const BenchOptions& options, double load, double press = 0.0008);
 
+inline constexpr double kCapstanLoad = 0.02;         // kg, at the lighter end
+inline constexpr double kCapstanLine = 0.02 * 0.04;  // kg/m, of the strip
+inline constexpr int kCapstanAcross = 4;             // cells
+
 /// A strip over a cylinder of radius 0.1 m with loads of m1 and ratio·m1 at its ends.
 struct Capstan {
   Scene scene;

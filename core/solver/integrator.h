@@ -122,6 +122,10 @@ class Integrator {
   virtual bool force_impulses(std::span<const Vec3> /*mean*/, ForceImpulses& /*out*/) {
     return false;
   }
+  /// The same, of all forces together, N·s by particle: ForceImpulses::all.
+  virtual bool net_impulses(std::span<const Vec3> /*mean*/, std::vector<Vec3>& /*out*/) {
+    return false;
+  }
   /// Tells integrator and forces that the step from the last `begin` was accepted and ended in
   /// `state`.
   void accept(const ForceState& state);

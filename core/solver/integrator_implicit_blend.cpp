@@ -238,6 +238,11 @@ bool ImplicitBlend::force_impulses(std::span<const Vec3> mean, ForceImpulses& ou
   return true;
 }
 
+bool ImplicitBlend::net_impulses(std::span<const Vec3> mean, std::vector<Vec3>& out) {
+  system_.net_impulses(mean, out);
+  return true;
+}
+
 // The fastest modes of v pull at the contacts with forces that the step does not keep. Those of u⁻
 // do not: the forces are taken at u⁻, and what leads from v to u⁻ counts as an impulse.
 std::span<const Vec3> ImplicitBlend::unbalanced(std::span<const Vec3> mean) {

@@ -57,6 +57,9 @@ class QuasiStatic final : public detail::ImplicitBlend {
   bool force_impulses(std::span<const Vec3> mean, ForceImpulses& out) override {
     return !fading_ && ImplicitBlend::force_impulses(mean, out);
   }
+  bool net_impulses(std::span<const Vec3> mean, std::vector<Vec3>& out) override {
+    return !fading_ && ImplicitBlend::net_impulses(mean, out);
+  }
 
  private:
   void look_at_motion(const StepStart& start);

@@ -46,6 +46,29 @@ Vec3 common_velocity(const detail::StepInput& in, std::span<const Vec3> x_t1) {
   return momentum / mass;
 }
 
+// J, what the bodies and held particles did to the cloth in the attempt, by the impulses that the
+// method itself exchanged with them: with those, implicit Euler gains nothing. nullopt: the method
+// does not keep them, or something moved particles after its solve.
+std::optional<double> anchor_work(detail::StepMethods& m, const detail::StepInput& in,
+                                  const detail::StepOutcome& outcome,
+                                  std::span<const ContactImpulse> contacts) {
+  const std::span<const Vec3> x_t1 = outcome.x_t1();
+  for (std::size_t i = 0; i < in.n(); ++i)
+    if (in.inv_mass[i] > 0.0 && x_t1[i] != in.x_t0[i] + in.h * outcome.v.mean[i])
+      return std::nullopt;
+  std::vector<Vec3> impulses;
+  if (!m.integrator->net_impulses(outcome.v.mean, impulses)) return std::nullopt;
+  const auto displacement = [&](std::size_t i) {
+    return in.inv_mass[i] > 0.0 ? Vec3(Vec3::Zero()) : Vec3(x_t1[i] - in.x_t0[i]);
+  };
+  double given = 0.0;  // J s
+  for (std::size_t i = 0; i < in.n(); ++i) given -= impulses[i].dot(displacement(i));
+  for (const ContactImpulse& c : contacts)
+    for (int k = 0; k < 4; ++k)
+      given -= c.weight[k] * c.impulse.dot(displacement(static_cast<std::size_t>(c.vertex[k])));
+  return given / in.h;
+}
+
 // Takes as much of the difference between the end velocities and the mean ones out of an attempt as
 // it gains energy. Returns the energy that this takes, J.
 double temper(const detail::StepInput& in, double gain, std::span<const Vec3> v_end, bool notes,
@@ -282,15 +305,25 @@ bool Simulation::Parts::gains_energy() {
   std::vector<Vec3> v_end(n());
   detail::end_velocities(methods.traits, input, outcome, v_end);
   finish_velocities(v_end);
+  std::vector<ContactImpulse> contacts;
+  const auto find_contacts = [&] {
+    if (outcome.v.answered && contacts.empty())
+      methods.response->impulses(outcome.v.mean, contacts);
+  };
+  const auto work_of_anchors = [&]() -> std::optional<double> {
+    if (!methods.traits.follows_energy) return std::nullopt;
+    find_contacts();
+    return anchor_work(methods, input, outcome, contacts);
+  };
   if (!balance.weigh(methods.integrator->forces(),
                      {input.x_t0, outcome.x_t1(), input.particles.v, v_end, input.inv_mass,
-                      input.particles.mass, input.t0, input.h, methods.program.total_force()}))
+                      input.particles.mass, input.t0, input.h, methods.program.total_force(),
+                      work_of_anchors}))
     return false;
   if (outcome.v.answered && balance.gain() > balance.bound()) {
-    std::vector<ContactImpulse> impulses;
-    methods.response->impulses(outcome.v.mean, impulses);
+    find_contacts();
     double work = 0.0;
-    for (const ContactImpulse& c : impulses) work += c.work_normal + c.work_friction;
+    for (const ContactImpulse& c : contacts) work += c.work_normal + c.work_friction;
     balance.stored(std::max(0.0, work));
   }
   // Between bodies and cloth it would cost momentum; there the next attempt is by the other method.

@@ -101,7 +101,14 @@ double EnergyBalance::start_energy(const ForceSum& forces, const BalanceStep& st
 bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
   Vec3 shift;
   const std::size_t n = step.mass.size();
-  weighed_ = closed_ && n > 0 && common_shift(step, shift);
+  weighed_ = closed_ && n > 0;
+  double work = 0.0;
+  if (weighed_ && !common_shift(step, shift)) {
+    shift.setZero();
+    const std::optional<double> known = step.anchor_work ? step.anchor_work() : std::nullopt;
+    weighed_ = known.has_value();
+    work = known.value_or(0.0);
+  }
   if (!weighed_) return false;
   const Vec3 frame = shift / step.h;
   const double mass = total(step.mass);
@@ -111,8 +118,8 @@ bool EnergyBalance::weigh(const ForceSum& forces, const BalanceStep& step) {
   carried_.reset();
   const double before = kinetic(step, step.v_t0, frame), after = kinetic(step, step.v_t1, frame);
   // In the frame that moves by `shift`, the cloth is lower by as much.
-  gain_ =
-      after - before + end_ - *start_ + mass * gravity_.dot(shift) + step.program_force.dot(shift);
+  gain_ = after - before + end_ - *start_ + mass * gravity_.dot(shift) +
+          step.program_force.dot(shift) - work;
   // Cloth at rest is not tested to its last digits: less than a rest gap per frame is slow.
   bound_ = kGain * (std::max(before, after) + 0.5 * mass * slow_ * slow_);
   return true;

@@ -5,6 +5,7 @@
 #include <selvedge/response/response.h>
 #include <selvedge/scene/build.h>
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -21,17 +22,20 @@ struct BalanceStep {
   std::span<const double> mass;       ///< kg, particles
   double time = 0.0, h = 0.0;         ///< s
   Vec3 program_force = Vec3::Zero();  ///< N, sum of the forces that the program has set
+  /// J, what the bodies and held particles did to the cloth, which is asked for where they do not
+  /// move as one; nullopt: not known.
+  std::function<std::optional<double>()> anchor_work = {};
 };
 
 /// Verifies that a step creates no energy. The gain of a step is the energy of the cloth (kinetic,
-/// elastic, weight) at its end less that at its start, in the frame of the bodies and held
-/// particles. Friction, damping and impacts only dissipate, so a gain is an error of the method: of
-/// the single linear solve of a step, or of a response that moves particles after it and stretches
-/// springs.
+/// elastic, weight) at its end less that at its start and less what bodies and held particles gave.
+/// Friction, damping and impacts only dissipate, so a gain is an error of the method: of the single
+/// linear solve of a step, or of a response that moves particles after it and stretches springs.
 ///
 /// The gain is known only if no wind, no water and no volume without an energy acts, contacts are
-/// no springs, and all bodies and held particles have the same displacement. The balance of a scene
-/// that moves as a whole equals that of the scene at rest.
+/// no springs, and either all bodies and held particles have the same displacement or their work is
+/// known. In the first case they give nothing in the frame that moves with them: the balance of a
+/// scene that moves as a whole equals that of the scene at rest.
 class EnergyBalance {
  public:
   EnergyBalance(const Scene& scene, const BuiltScene& built, const ResponseTraits& response);

@@ -23,6 +23,7 @@ class ImplicitBlend : public Integrator {
   SolveReport solve(std::span<const ImplicitTerm> terms, StepEnd end, double looser) override;
   std::span<const Vec3> unbalanced(std::span<const Vec3> mean) override;
   bool force_impulses(std::span<const Vec3> mean, ForceImpulses& out) override;
+  bool net_impulses(std::span<const Vec3> mean, std::vector<Vec3>& out) override;
 
  protected:
   void remember(const ForceState& end) override;

@@ -8,13 +8,18 @@
 
 namespace selvedge::detail {
 
+void ImplicitSystem::net_impulses(std::span<const Vec3> v, std::vector<Vec3>& out) {
+  const std::size_t n = b_.size();
+  find_product(v, Accuracy::exact);
+  out.resize(n);
+  for (std::size_t i = 0; i < n; ++i)
+    out[i] = b_[i] - end_.av[i] + mass_[i] * (share_ * v[i] - v_old_[i]);
+}
+
 void ImplicitSystem::force_impulses(std::span<const Vec3> v, std::span<const Vec3> from,
                                     ForceImpulses& out) {
   const std::size_t n = b_.size();
-  find_product(v, Accuracy::exact);
-  out.all.resize(n);
-  for (std::size_t i = 0; i < n; ++i)
-    out.all[i] = b_[i] - end_.av[i] + mass_[i] * (share_ * v[i] - v_old_[i]);
+  net_impulses(v, out.all);
   out.external.assign(n, Vec3::Zero());
   const SystemAt& s = assembled_;
   BlockMatrix jacobian = a_;  // the pattern to which the forces are bound

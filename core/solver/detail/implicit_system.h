@@ -69,6 +69,8 @@ class ImplicitSystem {
   /// out. `from`: the velocities to which add_jacobian_times has shifted its linearisation; zero if
   /// it has not. Both share and gain of the system must be those of `assemble`.
   void force_impulses(std::span<const Vec3> v, std::span<const Vec3> from, ForceImpulses& out);
+  /// ForceImpulses::all of it.
+  void net_impulses(std::span<const Vec3> v, std::vector<Vec3>& out);
   /// As Integrator::solve, to this tolerance.
   SolveReport solve(std::span<const ImplicitTerm> terms, std::span<Vec3> v, double tolerance);
 

@@ -26,6 +26,10 @@ class LinearIntegrator : public Integrator {
     system_.force_impulses(mean, system_.zeros(), out);
     return true;
   }
+  bool net_impulses(std::span<const Vec3> mean, std::vector<Vec3>& out) final {
+    system_.net_impulses(mean, out);
+    return true;
+  }
 
  private:
   /// The system of the step; `zeros` are velocities.

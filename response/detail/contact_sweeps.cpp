@@ -46,6 +46,21 @@ double sweep_friction(std::span<const double> inv_mass, SweptContact& c, std::sp
   return impulse.norm() / c.m_eff;
 }
 
+// Several contacts may stand for one place, so that each bounds the slip and none takes a share of
+// what another has left.
+double sweep_slip(std::span<const double> inv_mass, SweptContact& c, std::span<Vec3> u) {
+  if (std::isinf(c.most_slip)) return 0.0;
+  const Vec3 all = relative(c.point, u);
+  const Vec3 slip = all - c.point.normal.dot(all) * c.point.normal;
+  Vec3 next = slip - c.tangential / c.m_eff;  // without what this contact has done
+  if (const double size = next.norm(); size > c.most_slip) next *= c.most_slip / size;
+  const Vec3 change = next - slip, impulse = c.m_eff * change;
+  c.tangential += impulse;
+  push(c.point, inv_mass, impulse, u);
+  c.work_friction += impulse.dot(slip + 0.5 * change);
+  return change.norm();
+}
+
 }  // namespace
 
 void SweptContact::clear() {
@@ -61,6 +76,7 @@ int sweep_contacts(std::span<const double> inv_mass, std::span<SweptContact> con
     for (SweptContact& c : contacts) {
       largest = std::max(largest, sweep_normal(inv_mass, c, u));
       largest = std::max(largest, sweep_friction(inv_mass, c, u));
+      largest = std::max(largest, sweep_slip(inv_mass, c, u));
     }
     if (sweep == 1) first = largest;
     if (largest <= config.tolerance * first) return sweep;
@@ -103,6 +119,7 @@ void ContactAnswer::take(std::span<const Vec3> x_t1, double restitution) {
   }
   for (SweptContact& c : contacts_) {
     c.friction = c.point.friction;
+    c.most_slip = kAnySlip;
     c.impact = impact(c, restitution);
   }
 }
@@ -144,16 +161,12 @@ void ContactAnswer::recover_gaps() {
   sweep_contacts(inv_mass(), contacts_, {}, displacement_);
 }
 
-// Applies once to each contact that carries load, then sweeps the normal parts again, which this
-// may have disturbed.
+// The nearest velocities at which each contact that carries load keeps no more than its share.
 void ContactAnswer::retain_slip(double retention) {
   for (SweptContact& c : contacts_) {
     if (c.normal <= 0.0) continue;
     const Vec3 all = relative(c.point, velocity_);
-    const Vec3 slip = all - c.point.normal.dot(all) * c.point.normal;
-    c.tangential = (retention - 1.0) * c.m_eff * slip;
-    c.work_friction = c.tangential.dot(0.5 * (1.0 + retention) * slip);
-    push(c.point, inv_mass(), c.tangential, velocity_);
+    c.most_slip = retention * (all - c.point.normal.dot(all) * c.point.normal).norm();
   }
   sweep_contacts(inv_mass(), contacts_, {}, velocity_);
 }

@@ -4,6 +4,7 @@
 #include <selvedge/response/response.h>
 
 #include <algorithm>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct Impact {
   double rebound = 0.0;  ///< m/s, separation speed at the end of the step, with restitution
 };
 
+/// Any slip is allowed.
+inline constexpr double kAnySlip = std::numeric_limits<double>::infinity();
+
 /// A contact during the sweeps, which enforce relative(point, u)·normal >= target.
 struct SweptContact {
   ContactPoint point;
@@ -25,8 +29,9 @@ struct SweptContact {
   double target = 0.0;    ///< in the unit of u
   double friction = 0.0;  ///< Coulomb coefficient; infinity: a contact that carries load does not
                           ///< slip
-  double normal = 0.0;    ///< accumulated normal impulse, >= 0, kg times the unit of u
-  Vec3 tangential = Vec3::Zero();                 ///< accumulated friction impulse, the same unit
+  double most_slip = kAnySlip;     ///< largest slip that it keeps, in the unit of u
+  double normal = 0.0;             ///< accumulated normal impulse, >= 0, kg times the unit of u
+  Vec3 tangential = Vec3::Zero();  ///< accumulated friction impulse, the same unit
   double work_normal = 0.0, work_friction = 0.0;  ///< Σ impulse·(mean relative u), kg times unit²
   Impact impact;  ///< the impact as it would be without any response
 

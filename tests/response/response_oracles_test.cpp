@@ -36,6 +36,7 @@ class World {
   Vec3 normal = Vec3::UnitZ(), body_velocity = Vec3::Zero(), gravity{0, 0, -kGravity};
   double friction = 0.0, rest_gap = kRest;
   bool plane = true;  // all particles against it; else particle 0 against particle 1
+  int copies = 1;     // of each contact, as where parts of a surface lie against each other
   std::vector<Vec3> x, v;
   std::vector<double> mass;
   Ledger ledger;  // of all steps
@@ -92,8 +93,8 @@ class World {
   std::vector<ContactPoint> contacts() const {
     const auto body = static_cast<std::int32_t>(x.size());
     std::vector<ContactPoint> list;
-    for (std::int32_t i = 0; plane && i < body; ++i)
-      list.push_back({{i, body, body, body}, {1, -1, 0, 0}, normal, 0, rest_gap, friction});
+    for (std::int32_t i = 0; plane && i < copies * body; ++i)
+      list.push_back({{i % body, body, body, body}, {1, -1, 0, 0}, normal, 0, rest_gap, friction});
     if (!plane) list.push_back({{0, 1, 1, 1}, {1, -1, 0, 0}, normal, 0, rest_gap, friction});
     for (ContactPoint& c : list) c.gap = normal.dot(relative(c, x_t0_));
     return list;
@@ -335,6 +336,81 @@ TEST(Floor, AnUnstickingRetentionIsNoCoulombFriction) {
   }
   EXPECT_NEAR(way[0], 0.9 / (1.0 - 0.9) * kFrameStep, 1e-4);
   EXPECT_NEAR(way[0] / way[1], 2.0, 0.01);
+}
+
+TEST(Floor, FrictionIsOfThePlaceHoweverManyContactsStandForIt) {
+  for (const bool implicit : {false, true})
+    for (const std::string& name : names()) {
+      std::vector<double> way;
+      for (const int copies : {1, 2, 5}) {
+        World world(name, implicit);
+        world.friction = 0.3;
+        world.copies = copies;
+        world.add(0.01, Vec3(0, 0, kRest), Vec3(1, 0, 0));
+        world.run(0.2, 1e-3);
+        way.push_back(world.x[0].x());
+      }
+      EXPECT_NEAR(way[1] / way[0], 1.0, 1e-3) << name << implicit;
+      EXPECT_NEAR(way[2] / way[0], 1.0, 1e-3) << name << implicit;
+    }
+}
+
+/// Velocities after a step of a triangle that lands, while it slides, on points held below it, each
+/// of which is met `copies` times.
+std::vector<Vec3> landed(const std::string& name, const std::vector<Vec3>& weights, int copies) {
+  const std::unique_ptr<Response> response = make_response(name, {});
+  std::vector<Vec3> x{Vec3(0, 0, kRest), Vec3(0.01, 0, kRest), Vec3(0, 0.01, kRest)};
+  const std::vector<Vec3> v(3, Vec3(0.7, -0.4, -0.1)), still(weights.size(), Vec3::Zero());
+  const std::vector<double> mass(3, 0.01);
+  std::vector<double> inv_mass(3, 100.0);
+  std::vector<ContactPoint> contacts;
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    const Vec3& w = weights[k];
+    x.push_back(w[0] * x[0] + w[1] * x[1] + w[2] * x[2] - kRest * Vec3::UnitZ());
+    inv_mass.push_back(0.0);
+    for (int copy = 0; copy < copies; ++copy)
+      contacts.push_back({{static_cast<std::int32_t>(3 + k), 0, 1, 2},
+                          {1, -w[0], -w[1], -w[2]},
+                          -Vec3::UnitZ(),
+                          kRest,
+                          kRest,
+                          0.3,
+                          ContactKind::triangle_point});
+  }
+  response->begin({{x, inv_mass, 3, kFrameStep}, mass, still, v, v, false});
+  response->add(contacts);
+  std::vector<Vec3> x_t1 = x, after(3);
+  for (int i = 0; i < 3; ++i) x_t1[i] += kFrameStep * v[i];
+  response->correct(x_t1);
+  for (int i = 0; i < 3; ++i) after[i] = (x_t1[i] - x[i]) / kFrameStep;
+  response->finish(after);
+  return after;
+}
+
+TEST(Floor, TheShareThatSlidesOnIsThatOfEachPlaceBelowATriangle) {
+  const Vec3 slip(0.7, -0.4, 0.0);
+  for (const std::string name : {"reflection", "position_velocity"})
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      std::mt19937_64 random(seed);
+      std::uniform_real_distribution<double> share(0.05, 1.0);
+      std::vector<Vec3> weights(1 + seed % 6);
+      for (Vec3& w : weights) {
+        w = Vec3(share(random), share(random), share(random));
+        w /= w.sum();
+      }
+      const std::vector<Vec3> once = landed(name, weights, 1), often = landed(name, weights, 3);
+      double most = 0.0;
+      for (const Vec3& w : weights) {
+        Vec3 there = w[0] * once[0] + w[1] * once[1] + w[2] * once[2];
+        there.z() = 0.0;
+        most = std::max(most, there.norm() / slip.norm());
+      }
+      if (name == "reflection") {
+        EXPECT_NEAR(most, 0.9, 1e-6) << "seed " << seed;
+      }
+      for (int i = 0; i < 3; ++i)
+        EXPECT_LT((often[i] - once[i]).norm(), 1e-6) << name << " seed " << seed;
+    }
 }
 
 /// Heights of the tops between bounces, over the rest gap; the time of the first hit in `hit`.

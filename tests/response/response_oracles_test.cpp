@@ -387,7 +387,7 @@ std::vector<Vec3> landed(const std::string& name, const std::vector<Vec3>& weigh
   return after;
 }
 
-TEST(Floor, TheShareThatSlidesOnIsThatOfEachPlaceBelowATriangle) {
+TEST(Floor, TheShareThatSlidesOnIsThatOfEachPlace) {
   const Vec3 slip(0.7, -0.4, 0.0);
   for (const std::string name : {"reflection", "position_velocity"})
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {

@@ -22,9 +22,9 @@
 #include <string>
 #include <vector>
 
+namespace selvedge {
+namespace batch_bench {
 namespace {
-
-using namespace selvedge;
 
 Scene sheet_over_ball(int cells) {
   Scene scene;
@@ -66,8 +66,10 @@ double median(std::vector<double> values) {
 }
 
 }  // namespace
+}  // namespace batch_bench
 
 int bench_batch(int argc, char** argv) {
+  using namespace batch_bench;
   int members = 32, cells = 29, rounds = 7, frames = 5;
   CommandLine app("Many scenes stepped together beside one scene on one core");
   app.option("--members", members, "Scenes of the batch").range(3, 100000).show_default();
@@ -109,3 +111,5 @@ int bench_batch(int argc, char** argv) {
       members, threads, median(wall), median(wall) / threads, 1.0 / median(processor));
   return 0;
 }
+
+}  // namespace selvedge

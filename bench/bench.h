@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+namespace selvedge {
+
 // One function for each benchmark of `bench NAME`. It reads its options and returns the exit code;
 // main.cpp prints the message of an exception.
 int bench_batch(int argc, char** argv);
@@ -23,3 +25,5 @@ int bench_rivals(int argc, char** argv);
 int bench_seams(int argc, char** argv);
 int bench_slender(int argc, char** argv);
 int bench_untangle(int argc, char** argv);
+
+}  // namespace selvedge

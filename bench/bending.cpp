@@ -13,9 +13,10 @@
 #include "bench.h"
 #include "table.h"
 
+namespace selvedge {
+namespace bending_bench {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::testing;
 
 const char* name_of_pattern(Pattern pattern) {
@@ -53,8 +54,10 @@ Table errors(bool whole, const std::vector<int>& cells) {
 }
 
 }  // namespace
+}  // namespace bending_bench
 
 int bench_bending(int argc, char** argv) {
+  using namespace bending_bench;
   CommandLine app("Discrete bending energies against closed forms");
   std::vector<int> cells{8, 16, 32, 64};
   bool markdown = false;
@@ -68,3 +71,5 @@ int bench_bending(int argc, char** argv) {
   }
   return 0;
 }
+
+}  // namespace selvedge

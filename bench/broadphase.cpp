@@ -41,9 +41,10 @@
 #include <optional>
 #include <set>
 
-using namespace selvedge;
 using namespace selvedge::bench;
 
+namespace selvedge {
+namespace broadphase_bench {
 namespace {
 
 constexpr double kFramesOfASwing = 60.0;
@@ -73,7 +74,7 @@ double pick(std::vector<double> values, bool least) {
 std::string milliseconds(double seconds) { return fmt::format("{:.3f}", 1e3 * seconds); }
 
 /// Times one call, in seconds.
-double detect(BroadPhase& detector, const Scene& scene, CandidatePairs& out) {
+double detect(BroadPhase& detector, const SearchScene& scene, CandidatePairs& out) {
   const auto begin = std::chrono::steady_clock::now();
   if (scene.self)
     detector.find_self_pairs(scene.cloth.view(), out);
@@ -117,7 +118,7 @@ struct Measured {
 
 using Measurement = std::map<std::string, Measured>;
 
-std::string why_not(const BroadPhaseTraits& traits, const Scene& scene) {
+std::string why_not(const BroadPhaseTraits& traits, const SearchScene& scene) {
   if (traits.particles) return "answers particles";  // see `bench image_space`
   if (scene.self && !traits.self) return "no self-collision";
   if (scene.self && (traits.closed_body_only || !traits.deforming)) return "bodies only";
@@ -127,7 +128,7 @@ std::string why_not(const BroadPhaseTraits& traits, const Scene& scene) {
 /// One turn: a cold call, a call that rebuilds the structure, and a warm call. Repeating the
 /// promise of a static surface makes a detector that keeps trees build a tree for it.
 void take_turn(Measured& m, const std::function<std::unique_ptr<BroadPhase>()>& make,
-               Scene& scene) {
+               SearchScene& scene) {
   m.detector = make();
   move(scene, scene.speed, 1);
   m.cold.push_back(detect(*m.detector, scene, m.out));
@@ -144,7 +145,8 @@ void take_turn(Measured& m, const std::function<std::unique_ptr<BroadPhase>()>& 
   m.bytes = cost.bytes;
 }
 
-Measurement measure(Scene& scene, const BroadPhaseRegistry& registry, const BenchOptions& options) {
+Measurement measure(SearchScene& scene, const BroadPhaseRegistry& registry,
+                    const BenchOptions& options) {
   Measurement all;
   for (int repeat = 0; repeat < options.repeats; ++repeat)
     for (const auto& [name, make] : registry) {
@@ -173,7 +175,7 @@ BroadPhaseRegistry detectors(const BenchOptions& options, int size) {
   return all;
 }
 
-CandidatePairs reference(Scene& scene) {
+CandidatePairs reference(SearchScene& scene) {
   CandidatePairs out;
   move(scene, scene.speed, 2);
   detect(*methods_of_this_build().broad_phases.at(kReference)(), scene, out);
@@ -187,7 +189,7 @@ Table detector_table(const BenchOptions& options) {
     for (const std::string& kind : options.scenes)
       for (const int threads : options.threads) {
         const ThreadLimit limit(threads);
-        Scene scene = make_scene(kind, size);
+        SearchScene scene = make_scene(kind, size);
         for (const auto& [name, m] : measure(scene, detectors(options, size), options)) {
           if (!m.why_not.empty()) {
             table.add({scene.name, name, std::to_string(threads), m.why_not});
@@ -261,7 +263,7 @@ Table library_table(const BenchOptions& options) {
     for (const std::string& kind : options.scenes)
       for (const int threads : options.threads) {
         const ThreadLimit limit(threads);
-        Scene scene = make_scene(kind, size);
+        SearchScene scene = make_scene(kind, size);
         const Measurement measured = measure(scene, some, options);
         const std::pair<const char*, Times> calls[] = {
             {"first", &Measured::cold}, {"built", &Measured::built}, {"warm", &Measured::warm}};
@@ -278,18 +280,18 @@ Table library_table(const BenchOptions& options) {
 /// A modification of a scene.
 struct Perturbation {
   std::string name;
-  std::function<void(Scene&)> act;
+  std::function<void(SearchScene&)> act;
 };
 
 /// Called after `move`, so it changes the start position: the sweep is as long as the spike.
-void spike(Scene& scene, double length) {
+void spike(SearchScene& scene, double length) {
   Vec3& x = scene.cloth.x_t0[scene.cloth.x_t0.size() / 2];
   x += length / std::sqrt(3.0) * Vec3(1, 1, 1);
 }
 
 /// Adds a copy of the mesh, `times` smaller, beside the scene's.
 Perturbation with_small_copy(double times) {
-  return {fmt::format("copy 1e{:.0f} times smaller", std::log10(times)), [times](Scene& s) {
+  return {fmt::format("copy 1e{:.0f} times smaller", std::log10(times)), [times](SearchScene& s) {
             s.tiny = 1.0 / times;
             s.cloth.append(tiny_copy(s.cloth, s.tiny));
             // Use the thickness of the small mesh; with the full one, all its primitives would
@@ -299,11 +301,11 @@ Perturbation with_small_copy(double times) {
 }
 
 std::vector<Perturbation> perturbations(const BenchOptions& options) {
-  std::vector<Perturbation> all = {{"plain", [](Scene&) {}},
-                                   {"spike 1 m", [](Scene& s) { spike(s, 1.0); }},
-                                   {"spike 10 m", [](Scene& s) { spike(s, 10.0); }},
-                                   {"spike 1 km", [](Scene& s) { spike(s, 1000.0); }},
-                                   {"1e6 m away", [](Scene& s) {
+  std::vector<Perturbation> all = {{"plain", [](SearchScene&) {}},
+                                   {"spike 1 m", [](SearchScene& s) { spike(s, 1.0); }},
+                                   {"spike 10 m", [](SearchScene& s) { spike(s, 10.0); }},
+                                   {"spike 1 km", [](SearchScene& s) { spike(s, 1000.0); }},
+                                   {"1e6 m away", [](SearchScene& s) {
                                       s.origin = Vec3(1e6, 1e6, 1e6);
                                       for (Surface* surface : {&s.cloth, &s.body})
                                         for (auto* xs : {&surface->x_t0, &surface->x_t1})
@@ -322,7 +324,7 @@ Table spike_table(const BenchOptions& options) {
         const ThreadLimit limit(threads);
         std::map<std::string, double> plain;
         for (const Perturbation& perturbation : perturbations(options)) {
-          Scene scene = make_scene(kind, size);
+          SearchScene scene = make_scene(kind, size);
           perturbation.act(scene);
           for (const auto& [name, m] : measure(scene, detectors(options, size), options)) {
             if (!m.why_not.empty()) {
@@ -363,7 +365,7 @@ Table scaling_table(const BenchOptions& options) {
       std::map<std::string, std::vector<std::string>> cells;
       std::set<std::string> stopped;
       for (const int size : options.sizes) {
-        Scene scene = make_scene(kind, size);
+        SearchScene scene = make_scene(kind, size);
         BroadPhaseRegistry registry = detectors(options, size);
         for (const std::string& name : stopped) registry.erase(name);
         for (const auto& [name, m] : measure(scene, registry, options)) {
@@ -395,8 +397,8 @@ std::optional<double> status(const std::string& key) {
   return std::nullopt;
 }
 
-Scene memory_scene(const BenchOptions& options) {
-  Scene scene = make_scene(options.peak_scene, options.sizes.at(0));
+SearchScene memory_scene(const BenchOptions& options) {
+  SearchScene scene = make_scene(options.peak_scene, options.sizes.at(0));
   if (options.in_proportion)
     for (Surface* s : {&scene.cloth, &scene.body})
       s->thickness *= static_cast<double>(kSizeOfThickness) / options.sizes[0];
@@ -405,7 +407,7 @@ Scene memory_scene(const BenchOptions& options) {
 
 /// Runs in a separate process; prints bytes kept, pairs, increase of the peak, and primitives.
 int print_peak(const BenchOptions& options) {
-  Scene scene = memory_scene(options);
+  SearchScene scene = memory_scene(options);
   const BroadPhaseRegistry all = methods_of_this_build().broad_phases;
   move(scene, scene.speed * (options.in_proportion ? 0.2 : 1.0), 1);
   std::ofstream("/proc/self/clear_refs") << 5;  // Reset the peak.
@@ -472,7 +474,7 @@ Table frame_table(const BenchOptions& options) {
       for (const int threads : options.threads)
         for (const double speed : {0.01, 0.05, 0.25}) {
           const ThreadLimit limit(threads);
-          Scene scene = make_scene(kind, size);
+          SearchScene scene = make_scene(kind, size);
           Measurement all;
           for (const auto& [name, make] : detectors(options, size))
             if (why_not(make()->traits(), scene).empty()) all[name].detector = make();
@@ -548,11 +550,15 @@ int run(const BenchOptions& options) {
 }
 
 }  // namespace
+}  // namespace broadphase_bench
 
 int bench_broadphase(int argc, char** argv) {
+  using namespace broadphase_bench;
   CommandLine app("Times, pairs and memory of the broad phases");
   BenchOptions options;
   read_options(app, options);
   if (const auto code = app.parse(argc, argv)) return *code;
   return run(options);
 }
+
+}  // namespace selvedge

@@ -66,8 +66,8 @@ Surface body() {
   return s;
 }
 
-Scene drape(int n) {
-  Scene scene{fmt::format("drape {}", n), sheet(n), body(), kDrapeSpeed};
+SearchScene drape(int n) {
+  SearchScene scene{fmt::format("drape {}", n), sheet(n), body(), kDrapeSpeed};
   for (Vec3& x : scene.cloth.x_t0) {
     const double wrinkle = 0.002 * std::sin(60.0 * x.x()) * std::sin(50.0 * x.y());
     x = on_body(std::hypot(x.x(), x.y()) / kBodyRadius, std::atan2(x.y(), x.x()),
@@ -78,8 +78,8 @@ Scene drape(int n) {
   return scene;
 }
 
-Scene crumple(int n) {
-  Scene scene{fmt::format("crumple {}", n), sheet(n), {}, kCrumpleSpeed, true};
+SearchScene crumple(int n) {
+  SearchScene scene{fmt::format("crumple {}", n), sheet(n), {}, kCrumpleSpeed, true};
   const auto fold = [](double u) { return std::abs(std::remainder(u, 2.0 * kCrumpleBox)); };
   std::mt19937 random(1);
   std::uniform_real_distribution<double> noise(0.0, 1.0);
@@ -99,13 +99,13 @@ Surface tiny_copy(Surface s, double scale) {
   return s;
 }
 
-Scene make_scene(const std::string& kind, int size) {
+SearchScene make_scene(const std::string& kind, int size) {
   if (kind == "drape") return drape(size);
   if (kind == "crumple") return crumple(size);
   throw std::invalid_argument("no scene '" + kind + "'; there are drape and crumple");
 }
 
-void move(Scene& scene, double speed, unsigned seed) {
+void move(SearchScene& scene, double speed, unsigned seed) {
   Surface& s = scene.cloth;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> noise(-0.1, 0.1);

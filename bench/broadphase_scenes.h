@@ -42,7 +42,7 @@ struct Surface {
   }
 };
 
-struct Scene {
+struct SearchScene {
   std::string name;
   Surface cloth, body;
   double speed = 0.0;
@@ -54,13 +54,13 @@ struct Scene {
 };
 
 /// Accepts "drape" or "crumple"; throws std::invalid_argument for other names.
-Scene make_scene(const std::string& kind, int size);
+SearchScene make_scene(const std::string& kind, int size);
 
 /// A copy of the surface, scaled by `scale` and placed beside it.
 Surface tiny_copy(Surface s, double scale);
 
 /// Computes end positions from start positions: a smooth flow plus slight noise, identical on every
 /// mesh.
-void move(Scene& scene, double speed, unsigned seed);
+void move(SearchScene& scene, double speed, unsigned seed);
 
 }  // namespace selvedge::bench

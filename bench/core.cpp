@@ -23,6 +23,8 @@
 
 #include "bench.h"
 
+namespace selvedge {
+namespace core_bench {
 namespace {
 
 using selvedge::seconds_since;
@@ -300,8 +302,10 @@ void measure_bending(int cells, int repeats) {
 }
 
 }  // namespace
+}  // namespace core_bench
 
 int bench_core(int argc, char** argv) {
+  using namespace core_bench;
   selvedge::CommandLine app("Spring forces per second, one thread");
   int repeats = 9;
   app.option("--repeats", repeats, "Repeats; the minimum is taken").range(1, 1000);
@@ -325,3 +329,5 @@ int bench_core(int argc, char** argv) {
   measure_steps(cells, repeats);
   return 0;
 }
+
+}  // namespace selvedge

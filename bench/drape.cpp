@@ -32,6 +32,8 @@
 #include <system_error>
 #include <vector>
 
+namespace selvedge {
+namespace drape_bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -491,11 +493,15 @@ int measure_triad(const Options& options) {
 }
 
 }  // namespace
+}  // namespace drape_bench
 
 int bench_drape(int argc, char** argv) {
+  using namespace drape_bench;
   const Options options = parse(argc, argv);
   if (options.triad) return measure_triad(options);
   if (!options.write_scenes) return measure_all(options);
   write_scenes(options);
   return 0;
 }
+
+}  // namespace selvedge

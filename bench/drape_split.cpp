@@ -18,9 +18,9 @@
 #include "bench.h"
 #include "table.h"
 
+namespace selvedge {
+namespace drape_split_bench {
 namespace {
-
-using namespace selvedge;
 
 struct Test {
   Material material;
@@ -160,8 +160,10 @@ Table table_of(const std::vector<Row>& columns, const std::vector<Cause>& causes
 }
 
 }  // namespace
+}  // namespace drape_split_bench
 
 int bench_drape_split(int argc, char** argv) {
+  using namespace drape_split_bench;
   CommandLine app("The difference of computed and measured drape coefficients, split by causes");
   std::vector<std::string> names, wanted;
   int cells = 24, seeds = 2;
@@ -191,3 +193,5 @@ int bench_drape_split(int argc, char** argv) {
   fmt::print("{}\n", markdown ? table.markdown() : table.text());
   return 0;
 }
+
+}  // namespace selvedge

@@ -31,8 +31,8 @@
 
 #include "bench.h"
 
-using namespace selvedge;
-
+namespace selvedge {
+namespace enclosure_bench {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -95,14 +95,14 @@ Surface cloth_ring(int n, const Vec3& base, double height, double r0, double r1)
   });
 }
 
-struct Scene {
+struct BodyScene {
   std::string name;
   Surface cloth, body;
 };
 
-std::vector<Scene> scenes(int n, int faces) {
+std::vector<BodyScene> scenes(int n, int faces) {
   const Surface a_leg = leg(), body = figure(faces);
-  std::vector<Scene> all;
+  std::vector<BodyScene> all;
   all.push_back({"leg sleeve", cloth_ring(n, {0.04, 0, 0.2}, 0.4, 0.065, 0.085), a_leg});
   all.push_back({"leg skirt", cloth_ring(n, {0.04, 0, 0.2}, 0.65, 0.3, 0.1), a_leg});
   all.push_back({"leg beside", cloth_ring(n, {0.5, 0, 0}, 0.9, 0.2, 0.2), a_leg});
@@ -113,7 +113,7 @@ std::vector<Scene> scenes(int n, int faces) {
   return all;
 }
 
-double ms_of(BroadPhase& detector, const Scene& scene, CandidatePairs& out) {
+double ms_of(BroadPhase& detector, const BodyScene& scene, CandidatePairs& out) {
   const auto begin = std::chrono::steady_clock::now();
   detector.find_pairs(scene.cloth.view(), scene.body.view(), out);
   return 1e3 * seconds_since(begin);
@@ -145,14 +145,14 @@ std::vector<Contender> contenders(bool brute) {
 }
 
 /// Share of the vertices of the cloth that are in a pair with a triangle, in percent.
-double share_met(const Scene& scene, const CandidatePairs& pairs) {
+double share_met(const BodyScene& scene, const CandidatePairs& pairs) {
   std::set<std::int32_t> met;
   for (const PointTrianglePair& pair : pairs.point_triangle) met.insert(pair.point);
   return 100.0 * static_cast<double>(met.size()) / static_cast<double>(scene.cloth.x_t0.size());
 }
 
 /// Share of the vertices of the cloth that start or end the step in the enclosure, in percent.
-double share_inside(const Scene& scene, const Enclosure& enclosure) {
+double share_inside(const BodyScene& scene, const Enclosure& enclosure) {
   std::size_t inside = 0;
   for (std::size_t i = 0; i < scene.cloth.x_t0.size(); ++i)
     inside +=
@@ -160,7 +160,7 @@ double share_inside(const Scene& scene, const Enclosure& enclosure) {
   return 100.0 * static_cast<double>(inside) / static_cast<double>(scene.cloth.x_t0.size());
 }
 
-void print(const Scene& scene, const Contender& c, std::size_t pairs, double met) {
+void print(const BodyScene& scene, const Contender& c, std::size_t pairs, double met) {
   fmt::print("{:14} {:12} {:8} {:8.2f} {:8.2f} {:8.2f}", scene.name, c.name, pairs, c.cold, c.warm,
              c.kept);
   if (c.enclosure) {
@@ -181,7 +181,7 @@ void print(const Scene& scene, const Contender& c, std::size_t pairs, double met
   fmt::print("\n");
 }
 
-void measure(Scene scene, int repeats, bool brute) {
+void measure(BodyScene scene, int repeats, bool brute) {
   std::vector<Contender> all = contenders(brute);
   CandidatePairs out;
   std::size_t pairs = 0;
@@ -198,7 +198,7 @@ void measure(Scene scene, int repeats, bool brute) {
       if (&c == &all.front()) met = share_met(scene, out);  // of the last call with moving bodies
     }
   }
-  const Scene moved = scene;
+  const BodyScene moved = scene;
   scene.body.x_t1 = scene.body.x_t0;
   scene.body.static_id = 1;
   for (int repeat = 0; repeat < repeats; ++repeat)
@@ -210,8 +210,10 @@ void measure(Scene scene, int repeats, bool brute) {
 }
 
 }  // namespace
+}  // namespace enclosure_bench
 
 int bench_enclosure(int argc, char** argv) {
+  using namespace enclosure_bench;
   CommandLine app("Minimal enclosure: tests saved and times");
   int cells = 120, faces = 26000, repeats = 7, threads = 1;
   std::string only;
@@ -232,7 +234,9 @@ int bench_enclosure(int argc, char** argv) {
       "{:14} {:12} {:>8} {:>8} {:>8} {:>8} {:>5} {:>7} {:>7} {:>6} {:>7} {:>6} {:>8} {:>9}\n",
       "scene", "detector", "pairs", "cold", "warm", "static", "prims", "vol", "inside", "met",
       "dropped", "prim", "box", "without");
-  for (Scene& scene : scenes(cells, faces))
+  for (BodyScene& scene : scenes(cells, faces))
     if (only.empty() || scene.name == only) measure(std::move(scene), repeats, brute);
   return 0;
 }
+
+}  // namespace selvedge

@@ -22,9 +22,10 @@
 
 #include "bench.h"
 
+namespace selvedge {
+namespace fail_safe_bench {
 namespace {
 
-using namespace selvedge;
 namespace fs = std::filesystem;
 
 struct Case {
@@ -287,8 +288,10 @@ BenchOptions parse(int argc, char** argv, const std::vector<Case>& all) {
 }
 
 }  // namespace
+}  // namespace fail_safe_bench
 
 int bench_fail_safe(int argc, char** argv) {
+  using namespace fail_safe_bench;
   const std::vector<Case> all = cases();
   BenchOptions options = parse(argc, argv, all);
   if (options.fail_safes.empty())
@@ -312,3 +315,5 @@ int bench_fail_safe(int argc, char** argv) {
   }
   return 0;
 }
+
+}  // namespace selvedge

@@ -19,6 +19,8 @@
 
 #include "bench.h"
 
+namespace selvedge {
+namespace find_collisions_bench {
 namespace {
 
 template <class T>
@@ -51,8 +53,10 @@ void print_times(const char* file, int calls) {
 }
 
 }  // namespace
+}  // namespace find_collisions_bench
 
 int bench_find_collisions(int argc, char** argv) {
+  using namespace find_collisions_bench;
   if (argc != 3) {
     std::fprintf(stderr, "bench find_collisions FILE CALLS\n");
     return 2;
@@ -60,3 +64,5 @@ int bench_find_collisions(int argc, char** argv) {
   print_times(argv[1], std::max(1, std::atoi(argv[2])));
   return 0;
 }
+
+}  // namespace selvedge

@@ -15,9 +15,9 @@
 
 #include "bench.h"
 
+namespace selvedge {
+namespace grips_bench {
 namespace {
-
-using namespace selvedge;
 
 struct GripBenchOptions {
   int count = 120;
@@ -43,8 +43,10 @@ unsigned next_seed(const GripBenchOptions& o, unsigned seed) {
 }
 
 }  // namespace
+}  // namespace grips_bench
 
 int bench_grips(int argc, char** argv) {
+  using namespace grips_bench;
   const GripBenchOptions o = parse_grips(argc, argv);
   int good = 0;
   fmt::print("{:<5} {:<7} {:>6} {:>9} {:>8} {:>8} {:>8} {:>7} {:>6} {:>5} {:>6}  {}\n", "seed",
@@ -69,3 +71,5 @@ int bench_grips(int argc, char** argv) {
   fmt::print("{} of {} without a fault\n", good, o.count);
   return good == o.count ? 0 : 1;
 }
+
+}  // namespace selvedge

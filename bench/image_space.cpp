@@ -20,9 +20,10 @@
 
 #include "bench.h"
 
+namespace selvedge {
+namespace image_space_bench {
 namespace {
 
-using namespace selvedge;
 using Surface = OwnedSurface;
 
 Surface body_of(int faces) {
@@ -205,8 +206,10 @@ void print_pairs(const Surface& cloth, Surface body, const CandidatePairs& all, 
 }
 
 }  // namespace
+}  // namespace image_space_bench
 
 int bench_image_space(int, char**) {
+  using namespace image_space_bench;
   const Surface body = body_of(26000), cloth = cloth_on(body);
   std::printf("mannequin of %zu triangles, %d threads\n\n", body.triangles.size(), thread_count());
   std::printf(
@@ -232,3 +235,5 @@ int bench_image_space(int, char**) {
     print_pairs(cloth, body, all, resolution);
   return 0;
 }
+
+}  // namespace selvedge

@@ -23,9 +23,9 @@
 #include "bench.h"
 #include "table.h"
 
+namespace selvedge {
+namespace integrators_bench {
 namespace {
-
-using namespace selvedge;
 
 constexpr double kTime = 0.25;  // s
 
@@ -145,8 +145,10 @@ Table at_equal_work(const std::vector<int>& works, const std::vector<Vec3>& exac
 }
 
 }  // namespace
+}  // namespace integrators_bench
 
 int bench_integrators(int argc, char** argv) {
+  using namespace integrators_bench;
   CommandLine app("Integrators: error against time, and their limits");
   bool markdown = false;
   std::vector<int> works;
@@ -178,3 +180,5 @@ int bench_integrators(int argc, char** argv) {
   fmt::print("{}", markdown ? table.markdown() : table.text());
   return 0;
 }
+
+}  // namespace selvedge

@@ -22,9 +22,9 @@
 #include "limiter_replay.h"
 #include "table.h"
 
+namespace selvedge {
+namespace limiters_bench {
 namespace {
-
-using namespace selvedge;
 
 /// A level cloth held by two corners, soft enough to stretch far beyond its limit of 10 %.
 Scene swing(int cells) {
@@ -100,8 +100,10 @@ std::string number(const char* format, double value) {
 }
 
 }  // namespace
+}  // namespace limiters_bench
 
 int bench_limiters(int argc, char** argv) {
+  using namespace limiters_bench;
   CommandLine app("Strain limiters on one swinging cloth");
   int frames = 30, cells = 49, repeats = 3;
   bool markdown = false, replay = false;
@@ -139,3 +141,5 @@ int bench_limiters(int argc, char** argv) {
   fmt::print("{}", markdown ? table.markdown() : table.text());
   return 0;
 }
+
+}  // namespace selvedge

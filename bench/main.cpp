@@ -7,6 +7,7 @@
 
 #include "bench.h"
 
+namespace selvedge::bench_main {
 namespace {
 
 struct Benchmark {
@@ -47,8 +48,10 @@ int list() {
 }
 
 }  // namespace
+}  // namespace selvedge::bench_main
 
 int main(int argc, char** argv) {
+  using namespace selvedge::bench_main;
   const std::string_view name = argc > 1 ? argv[1] : "--help";
   if (name == "--help" || name == "-h") return list();
   for (const Benchmark& b : kBenchmarks) {

@@ -19,9 +19,9 @@
 #include "bench.h"
 #include "table.h"
 
+namespace selvedge {
+namespace order_in_contact_bench {
 namespace {
-
-using namespace selvedge;
 
 constexpr double kSlope = 0.3;     // rad
 constexpr double kFriction = 0.1;  // of the sheet that slides
@@ -106,8 +106,10 @@ void add_rows(Motion motion, bool lies, Table& table) {
 }
 
 }  // namespace
+}  // namespace order_in_contact_bench
 
 int bench_order_in_contact(int argc, char** argv) {
+  using namespace order_in_contact_bench;
   CommandLine app("Order of convergence of the implicit integrators in contact");
   bool markdown = false;
   app.flag("--markdown", markdown, "Print the table in Markdown");
@@ -122,3 +124,5 @@ int bench_order_in_contact(int argc, char** argv) {
   fmt::print("{}", markdown ? table.markdown() : table.text());
   return 0;
 }
+
+}  // namespace selvedge

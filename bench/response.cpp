@@ -18,9 +18,10 @@
 #include <string>
 #include <vector>
 
+namespace selvedge {
+namespace response_bench {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::bench;
 
 struct BenchOptions {
@@ -104,11 +105,15 @@ void print_table(const BenchOptions& options) {
 }
 
 }  // namespace
+}  // namespace response_bench
 
 int bench_response(int argc, char** argv) {
+  using namespace response_bench;
   const BenchOptions options = parse(argc, argv);
   const ThreadLimit limit(options.threads);
   if (options.table) print_table(options);
   if (options.claim) print_claims(options.claims);
   return 0;
 }
+
+}  // namespace selvedge

@@ -4,6 +4,7 @@
 #include "response_scenes.h"
 
 #include <fmt/core.h>
+#include <selvedge/core/cloth/measure.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +17,7 @@
 namespace selvedge::bench {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 // Number of bootstrap resamples. It determines the ends of the interval to about a twentieth of its
 // width.

@@ -7,20 +7,23 @@
 #include <ctime>
 #include <numbers>
 
+#include "rest_scenes.h"
+
 namespace selvedge::bench {
 namespace {
 
-constexpr double kGravity = 9.81, kThickness = 0.002, pi = std::numbers::pi;
+using std::numbers::pi;
+constexpr double kRestGap = 0.002;
 
 // Just outside the rest gap, so that no contact starts too close.
-constexpr double kAbove = 1.01 * kThickness;
+constexpr double kAbove = 1.01 * kRestGap;
 
 Scene scene_of(double friction) {
   Scene scene;
   scene.name = "response";
   scene.materials["default"] = Material{};
   scene.materials["default"].friction = friction;
-  scene.contact.rest_gap = kThickness;
+  scene.contact.rest_gap = kRestGap;
   return scene;
 }
 
@@ -164,7 +167,7 @@ ResponseCase stack(int sheets, int cells) {
   c.name = "stack of " + std::to_string(sheets);
   c.scene = scene_of(0.3);
   for (int k = 0; k < sheets; ++k)
-    add_sheet(c.scene, 0.2, cells, Vec3(0.002 * k, 0.001 * k, kThickness * (2.0 + 1.5 * k)));
+    add_sheet(c.scene, 0.2, cells, Vec3(0.002 * k, 0.001 * k, kRestGap * (2.0 + 1.5 * k)));
   add_body(c.scene, Box{Vec3(1.0, 1.0, 0.1)}, Vec3(0, 0, -0.05), kBoxResolution, 0.3);
   return c;
 }
@@ -175,7 +178,7 @@ ResponseCase drop(int cells) {
   c.name = "drop";
   c.unit = "%";
   c.scene = scene_of(0.3);
-  add_sheet(c.scene, 0.2, cells, Vec3(0, 0, height + kThickness));
+  add_sheet(c.scene, 0.2, cells, Vec3(0, 0, height + kRestGap));
   add_body(c.scene, Box{Vec3(1.0, 1.0, 0.1)}, Vec3(0, 0, -0.05), kBoxResolution, 0.3);
   c.warm_up = 13;  // the impact is at 0.2019 s, in the thirteenth frame
   c.frames = 40;
@@ -210,38 +213,6 @@ ResponseRun run(ResponseCase c, const std::string& response, const MethodOptions
   for (const Vec3& v : simulation.state().v) sum += v.squaredNorm();
   run.rms_speed = std::sqrt(sum / static_cast<double>(run.x.size()));
   return run;
-}
-
-double projected_area(const std::vector<Vec3>& x, std::span<const Triangle> triangles) {
-  constexpr int pixels = 512;
-  Eigen::Array2d low(1e300, 1e300), high(-1e300, -1e300);
-  for (const Vec3& p : x) {
-    low = low.min(p.head<2>().array());
-    high = high.max(p.head<2>().array());
-  }
-  const Eigen::Array2d cell = (high - low) / pixels;
-  std::vector<char> covered(pixels * pixels, 0);
-  for (const Triangle& t : triangles) {
-    const Eigen::Vector2d a = x[t[0]].head<2>(), ab = x[t[1]].head<2>() - a,
-                          ac = x[t[2]].head<2>() - a;
-    const double area = ab.x() * ac.y() - ab.y() * ac.x();
-    if (area == 0.0) continue;
-    Eigen::Array2d from = a, to = a;
-    for (int k = 1; k < 3; ++k) {
-      from = from.min(x[t[k]].head<2>().array());
-      to = to.max(x[t[k]].head<2>().array());
-    }
-    const Eigen::Array2i first = ((from - low) / cell).cast<int>().max(0);
-    const Eigen::Array2i last = ((to - low) / cell).cast<int>().min(pixels - 1);
-    for (int j = first.y(); j <= last.y(); ++j)
-      for (int i = first.x(); i <= last.x(); ++i) {
-        const Eigen::Vector2d p = (low + cell * Eigen::Array2d(i + 0.5, j + 0.5)).matrix() - a;
-        const double u = (p.x() * ac.y() - p.y() * ac.x()) / area;
-        const double v = (ab.x() * p.y() - ab.y() * p.x()) / area;
-        if (u >= 0.0 && v >= 0.0 && u + v <= 1.0) covered[j * pixels + i] = 1;
-      }
-  }
-  return cell.prod() * static_cast<double>(std::count(covered.begin(), covered.end(), 1));
 }
 
 }  // namespace selvedge::bench

@@ -55,7 +55,4 @@ ResponseCase drop(int cells);
 
 ResponseRun run(ResponseCase c, const std::string& response, const MethodOptions& options = {});
 
-/// Area of the drape as seen from above, m².
-double projected_area(const std::vector<Vec3>& x, std::span<const Triangle> triangles);
-
 }  // namespace selvedge::bench

@@ -25,9 +25,10 @@
 #include <string>
 #include <vector>
 
+namespace selvedge {
+namespace rest_bench {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::bench;
 
 Vec3 momentum(const SimulationState& state, const std::vector<double>& mass) {
@@ -434,8 +435,10 @@ const std::map<std::string, std::function<void(const BenchOptions&)>>& cases() {
 }
 
 }  // namespace
+}  // namespace rest_bench
 
 int bench_rest(int argc, char** argv) {
+  using namespace rest_bench;
   BenchOptions options;
   CommandLine app("Rest and friction of the default contact");
   std::vector<std::string> names;
@@ -461,3 +464,5 @@ int bench_rest(int argc, char** argv) {
   }
   return 0;
 }
+
+}  // namespace selvedge

@@ -25,9 +25,9 @@
 #include "bench.h"
 #include "table.h"
 
+namespace selvedge {
+namespace rivals_bench {
 namespace {
-
-using namespace selvedge;
 
 const std::array<std::string, 3> kLaws{"hooke", "st_venant_kirchhoff", "corotated"};
 
@@ -218,8 +218,10 @@ Table drape_table(std::int32_t cells, int repeats) {
 }
 
 }  // namespace
+}  // namespace rivals_bench
 
 int bench_rivals(int argc, char** argv) {
+  using namespace rivals_bench;
   CommandLine app("Springs, finite elements and a geometric drape");
   int cells = 16, repeats = 3;
   bool markdown = false;
@@ -232,3 +234,5 @@ int bench_rivals(int argc, char** argv) {
     fmt::print("{}\n", markdown ? table.markdown() : table.text());
   return 0;
 }
+
+}  // namespace selvedge

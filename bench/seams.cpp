@@ -15,9 +15,10 @@
 #include "seam_scenes.h"
 #include "table.h"
 
+namespace selvedge {
+namespace seams_bench {
 namespace {
 
-using namespace selvedge;
 using namespace selvedge::bench;
 
 /// Share of the distance by which a seam may change it.
@@ -90,8 +91,10 @@ int print_table(const Options& options) {
 }
 
 }  // namespace
+}  // namespace seams_bench
 
 int bench_seams(int argc, char** argv) {
+  using namespace seams_bench;
   CommandLine app("Cloth that slides over seams of bodies");
   Options options;
   app.option("--seed", options.seed, "Draws where the parts lie and how far apart they are");
@@ -103,3 +106,5 @@ int bench_seams(int argc, char** argv) {
   if (const auto code = app.parse(argc, argv)) return *code;
   return print_table(options);
 }
+
+}  // namespace selvedge

@@ -12,9 +12,10 @@
 #include "bench.h"
 #include "table.h"
 
+namespace selvedge {
+namespace slender_bench {
 namespace {
 
-using namespace selvedge;
 using testing::SlenderStrips;
 
 /// Measured, with its error in percent.
@@ -121,8 +122,10 @@ Table slips(const std::vector<SlenderStrips>& strips, const std::vector<int>& ce
 }
 
 }  // namespace
+}  // namespace slender_bench
 
 int bench_slender(int argc, char** argv) {
+  using namespace slender_bench;
   CommandLine app("Slender strips against theory (Romero et al. 2021)");
   std::vector<int> cells{20, 40};
   bool markdown = false;
@@ -147,3 +150,5 @@ int bench_slender(int argc, char** argv) {
   print("Stick-slip: descent over length at which the foot slips", slips(strips, cells));
   return 0;
 }
+
+}  // namespace selvedge

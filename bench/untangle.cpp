@@ -15,9 +15,9 @@
 
 #include "bench.h"
 
+namespace selvedge {
+namespace untangle_bench {
 namespace {
-
-using namespace selvedge;
 
 constexpr double kTooFast = 10.0;  // m/s
 
@@ -46,8 +46,10 @@ bool is_good(const TangleOutcome& o) {
 }
 
 }  // namespace
+}  // namespace untangle_bench
 
 int bench_untangle(int argc, char** argv) {
+  using namespace untangle_bench;
   const BenchOptions o = parse(argc, argv);
   int good = 0, free = 0;
   double fastest = 0.0, apart = 0.0, longest = 0.0;
@@ -81,3 +83,5 @@ int bench_untangle(int argc, char** argv) {
       free, o.count, good, fastest, apart, longest, elsewhere);
   return good == o.count ? 0 : 1;
 }
+
+}  // namespace selvedge

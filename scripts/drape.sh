@@ -28,7 +28,7 @@ if grep -q '"\.\./fetched/' "$scene"; then scripts/quietly.sh scripts/fetch_bodi
 build=build/release
 configure=(cmake -S . -B "$build" -DCMAKE_BUILD_TYPE=Release -DSELVEDGE_UNITY=ON)
 if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
-echo "Building the program (the first time about four minutes on two cores)"
+echo "Building the program (the first time about five minutes on two idle cores)"
 scripts/quietly.sh "${configure[@]}"
 scripts/quietly.sh cmake --build "$build" --target selvedge_program --parallel "$(nproc)"
 selvedge=$build/apps/selvedge

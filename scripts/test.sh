@@ -15,7 +15,7 @@ build=build/release
 configure=(cmake --preset release -DSELVEDGE_UNITY=ON)
 if [ ! -f "$build/CMakeCache.txt" ] && command -v ninja >/dev/null; then configure+=(-G Ninja); fi
 
-echo "Building (the first time about 8 minutes on two cores)"
+echo "Building (the first time about 10 minutes on two idle cores)"
 scripts/quietly.sh "${configure[@]}" "$@"
 scripts/quietly.sh cmake --build "$build" --parallel "$(nproc)"
 echo "Built after $((SECONDS - started)) s"

@@ -34,46 +34,26 @@ END
 em++ -O2 -msimd128 -sSINGLE_FILE=1 -sENVIRONMENT=node "$out/order.cpp" -o "$out/order.cjs"
 node "$out/order.cjs" >/dev/null 2>&1 || { echo "build.sh: this LLVM reads numbers after they are overwritten; use LLVM 16 or newer" >&2; exit 1; }
 
+# shellcheck source=cmake/cross.sh
+source cmake/cross.sh
 if [ ! -f "$out/gmp/lib/libgmp.a" ]; then
-  source=${GMP_SOURCE:-}
-  if [ -z "$source" ]; then
-    # The lists of sources, which few systems have.
-    mkdir -p "$out/apt/lists/partial"
-    list=/etc/apt/sources.list.d/debian.sources
-    if [ -f "$list" ]; then sed 's/^Types:.*/Types: deb-src/' "$list" >"$out/apt/source.sources"; fi
-    if [ -s /etc/apt/sources.list ]; then sed -n 's/^deb /deb-src /p' /etc/apt/sources.list >"$out/apt/source.list"; fi
-    apt=(apt-get -q -oDir::Etc::SourceList=/dev/null -oDir::Etc::SourceParts="$out/apt" -oDir::State::Lists="$out/apt/lists"
-      -oDir::Cache::srcpkgcache= -oDir::Cache::pkgcache=)
-    (cd "$out" && "${apt[@]}" update && "${apt[@]}" source --download-only gmp) >"$out/gmp.log" 2>&1 || { tail -n 20 "$out/gmp.log" >&2; exit 1; }
-    source=$out/gmp_source
-    mkdir -p "$source"
-    tar -xf "$out"/gmp_*.orig.tar.* -C "$source" --strip-components=1
-  fi
+  source=${GMP_SOURCE:-$out/gmp_source}
+  [ -n "${GMP_SOURCE:-}" ] || debian_source "$out" gmp
   # Debian removes the manual; the float format cannot be tested without running a program.
   (cd "$source" && mkdir -p doc && { [ -f doc/Makefile.in ] || echo 'all install:' >doc/Makefile.in; } &&
     CC_FOR_BUILD=gcc gmp_cv_c_double_format="IEEE little endian" emconfigure ./configure --host none --disable-assembly \
-      --disable-shared --prefix="$out/gmp" CFLAGS=-O2 && emmake make && make install && cp gmpxx.h "$out/gmp/include") \
+      --disable-shared --prefix="$out/gmp" CFLAGS=-O2 && emmake make -j "$(nproc)" && make install && cp gmpxx.h "$out/gmp/include") \
     >"$out/gmp.log" 2>&1 || { tail -n 20 "$out/gmp.log" >&2; exit 1; }
 fi
 
 # The symbols of the C interface; the number of threads has no meaning here.
 exported=$(sed -n 's/^    \(selvedge_[a-z_]*\);/_\1/p' bindings/c/exported.map | grep -v _set_threads | paste -sd,)
-# A copy of Eigen without assembly for old compilers, and of the headers of JSON and fmt: /usr/include must not be searched.
-# Emscripten lacks the header of MMX, which Eigen includes and does not use.
-if [ ! -d "$out/include/fmt" ]; then
-  mkdir -p "$out/include"
-  cp -r "${EIGEN_INCLUDE:-/usr/include/eigen3}/Eigen" "${JSON_INCLUDE:-/usr/include}/nlohmann" "${FMT_INCLUDE:-/usr/include}/fmt" "$out/include/"
+header_packages "$out"
+# Eigen without assembly for old compilers. Emscripten lacks the header of MMX, which Eigen includes and does not use.
+if [ ! -f "$out/include/mmintrin.h" ]; then
   sed -i 's/^#if EIGEN_COMP_GNUC && EIGEN_COMP_GNUC < 63/#if 0/' "$out/include/Eigen/src/Core/arch/SSE/PacketMath.h"
   : >"$out/include/mmintrin.h"
 fi
-for package in nlohmann_json fmt; do
-  mkdir -p "$out/packages/$package"
-  echo "if(NOT TARGET $package::$package)
-  add_library($package::$package INTERFACE IMPORTED)
-endif()" >"$out/packages/$package/$package-config.cmake"
-  echo 'set(PACKAGE_VERSION 11)
-set(PACKAGE_VERSION_COMPATIBLE TRUE)' >"$out/packages/$package/$package-config-version.cmake"
-done
 # Eigen sums in the order of two lanes of SSE2, so the bits are those of x86-64. WebAssembly has exceptions of its own.
 flags="-fwasm-exceptions -msimd128 -msse2 -DFMT_HEADER_ONLY -I$out/include -include $PWD/bindings/js/missing_std.h"
 off=()

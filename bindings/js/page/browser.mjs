@@ -48,7 +48,7 @@ export class Browser {
     this.session = undefined;
     const { targetId } = await this.call('Target.createTarget', { url: 'about:blank' });
     this.session = (await this.call('Target.attachToTarget', { targetId, flatten: true })).sessionId;
-    for (const domain of ['Page', 'Runtime', 'Log', 'DOM']) await this.call(`${domain}.enable`);
+    for (const domain of ['Page', 'Runtime', 'Log', 'DOM', 'Performance']) await this.call(`${domain}.enable`);
     await this.call('Emulation.setDeviceMetricsOverride', { width, height, mobile, deviceScaleFactor: scale });
     if (mobile) await this.call('Emulation.setTouchEmulationEnabled', { enabled: true });
     await this.call('Page.navigate', { url });
@@ -61,7 +61,7 @@ export class Browser {
   }
 
   /** Waits until an expression is true. */
-  async until(expression, seconds = 120) {
+  async until(expression, seconds = 300) {
     for (const end = Date.now() + 1000 * seconds; Date.now() < end; await new Promise((resolve) => setTimeout(resolve, 100)))
       if (await this.evaluate(`Boolean(document.documentElement && (${expression}))`)) return;
     throw new Error(`not within ${seconds} s: ${expression}; messages: ${this.messages.join('; ')}`);

@@ -5,6 +5,8 @@
 #include <selvedge.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/detection/find.h>
+#include <selvedge/dress/dress.h>
+#include <selvedge/garment/sewing_pattern.h>
 #include <selvedge/judge/judge.h>
 #include <selvedge/scene/scene.h>
 #include <selvedge/simulation/simulation.h>
@@ -42,6 +44,7 @@ using Pairs = Owned<selvedge_pairs, selvedge_pairs_free>;
 using Detector = Owned<selvedge_detector, selvedge_detector_free>;
 using SceneHandle = Owned<selvedge_scene, selvedge_scene_free>;
 using SimulationHandle = Owned<selvedge_simulation, selvedge_simulation_free>;
+using Garment = Owned<selvedge_garment, selvedge_garment_free>;
 using State = Owned<selvedge_state, selvedge_state_free>;
 
 /// Calls make(&object); the call must succeed.
@@ -471,6 +474,55 @@ TEST(CInterface, ThreadsDoNotChangeBits) {
   EXPECT_EQ(hashes.size(), 1u);
 }
 
+std::string text_of(const std::string& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Puts a pattern on a body.
+int dress_on(const char* pattern, const TriangleMesh& body, double edge_length, char up,
+             selvedge_garment** out) {
+  const selvedge_surface surface{body.vertices.front().data(), nullptr, body.vertices.size(),
+                                 body.triangles.front().data(), body.triangles.size()};
+  const selvedge_dress_options options{edge_length, nullptr, 0.0, up, 0};
+  return selvedge_dress(pattern, "skirt", &surface, &options, out);
+}
+
+TEST(CInterface, DressesAsTheLibraryDoes) {
+  const std::string folder = SELVEDGE_SOURCE_DIR "/data/";
+  const std::string pattern = text_of(folder + "patterns/flared_skirt.json");
+  const TriangleMesh body = read_mesh(folder + "bodies/mannequin_arms_out.ply");
+  DressConfig config;
+  config.edge_length = 0.06;
+  const DressResult expected =
+      dress(turned_upright(parse_sewing_pattern(pattern, "skirt"), UpAxis::z), body, config);
+  const Garment garment = made<Garment>(
+      [&](selvedge_garment** out) { return dress_on(pattern.c_str(), body, 0.06, 'z', out); });
+  EXPECT_EQ(selvedge_garment_hash(garment.get()), expected.state_hash);
+  EXPECT_EQ(selvedge_garment_verdict(garment.get()), expected.verdict());
+  EXPECT_EQ(selvedge_garment_mesh(garment.get())->vertices, expected.garment.vertices.size());
+  EXPECT_EQ(selvedge_garment_flat(garment.get())->triangle_count,
+            expected.garment.triangles.size());
+  EXPECT_EQ(selvedge_garment_body(garment.get())->vertices, body.vertices.size());
+  double figure = 0.0;
+  EXPECT_EQ(selvedge_garment_figure(garment.get(), "max_stretch", &figure), SELVEDGE_OK);
+  EXPECT_EQ(figure, expected.max_stretch);
+  EXPECT_EQ(selvedge_garment_figure(garment.get(), "stretch", &figure), SELVEDGE_INVALID);
+}
+
+TEST(CInterface, RefusesGarmentsThatCannotBePutOn) {
+  const std::string folder = SELVEDGE_SOURCE_DIR "/data/";
+  const std::string pattern = text_of(folder + "patterns/flared_skirt.json");
+  const TriangleMesh body = read_mesh(folder + "bodies/mannequin_arms_out.ply");
+  selvedge_garment* garment = nullptr;
+  EXPECT_EQ(dress_on("{}", body, 0.06, 'z', &garment), SELVEDGE_INVALID);
+  EXPECT_EQ(dress_on(pattern.c_str(), body, 0.0, 'z', &garment), SELVEDGE_INVALID);
+  EXPECT_EQ(dress_on(pattern.c_str(), body, 0.06, 'w', &garment), SELVEDGE_INVALID);
+  EXPECT_EQ(selvedge_dress(pattern.c_str(), nullptr, nullptr, nullptr, &garment), SELVEDGE_INVALID);
+  EXPECT_EQ(garment, nullptr);
+  selvedge_garment_free(garment);
+}
+
 TEST(CInterface, NamesTheMethodsAndTheVersion) {
   EXPECT_EQ(selvedge_interface_version(), 1);
   EXPECT_NE(std::string(selvedge_version()).find("licence: MIT"), std::string::npos);
@@ -484,11 +536,6 @@ TEST(CInterface, NamesTheMethodsAndTheVersion) {
     });
   EXPECT_NE(selvedge_narrow_phase(0), nullptr);
   EXPECT_EQ(selvedge_narrow_phase(1000), nullptr);
-}
-
-std::string text_of(const std::string& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 /// The first group of each match.

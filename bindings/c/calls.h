@@ -4,12 +4,15 @@
 #pragma once
 
 #include <selvedge/bindings/c/selvedge.h>
+#include <selvedge/bodies/body.h>
 #include <selvedge/core/base/types.h>
 #include <selvedge/detection/find.h>
+#include <selvedge/dress/dress.h>
 #include <selvedge/simulation/failure.h>
 
 #include <array>
 #include <atomic>
+#include <map>
 #include <new>
 #include <span>
 #include <stdexcept>
@@ -41,6 +44,8 @@ int call(const Work& work) noexcept {
   } catch (const Busy& error) {
     return fail(SELVEDGE_BUSY, error.what());
   } catch (const SimulationFailed& error) {
+    return fail(SELVEDGE_FAILED, error.what());
+  } catch (const DressFailed& error) {
     return fail(SELVEDGE_FAILED, error.what());
   } catch (const std::invalid_argument& error) {
     return fail(SELVEDGE_INVALID, error.what());
@@ -90,6 +95,18 @@ inline SurfaceState state(const selvedge_surface* given, const char* name) {
   const MovingSurface s = moving(given, name);
   return {s.x_t0, s.triangles};
 }
+
+/// The figure of this name. Throws std::invalid_argument with the nearest name if there is none.
+double figure_named(const char* name, const std::map<std::string, double>& figures);
+
+/// The lists behind a selvedge_mesh, which is its first part.
+struct Mesh : selvedge_mesh {
+  TriangleMesh lists;
+
+  explicit Mesh(TriangleMesh mesh);
+  Mesh(const Mesh&) = delete;
+  Mesh& operator=(const Mesh&) = delete;
+};
 
 /// The lists behind a selvedge_contacts, which is its first part.
 struct Contacts : selvedge_contacts {

@@ -4,6 +4,7 @@
 #include <selvedge/apps/version.h>
 #include <selvedge/bindings/c/calls.h>
 #include <selvedge/core/base/parallel.h>
+#include <selvedge/core/base/registry.h>
 
 #include <memory>
 #include <mutex>
@@ -34,6 +35,12 @@ int fail(int code, const char* sentence) noexcept {
     last_error.clear();
   }
   return code;
+}
+
+double figure_named(const char* name, const std::map<std::string, double>& figures) {
+  const auto found = figures.find(&needed(name, "name"));
+  if (found != figures.end()) return found->second;
+  throw std::invalid_argument("figure: " + unknown_name(name, names_of(figures), {}));
 }
 
 }  // namespace selvedge::c

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The C interface of selvedge: detection, exact queries, the judge, and simulations in memory.
+ * The C interface of selvedge: detection, exact queries, the judge, simulations in memory, and
+ * garments put on bodies.
  *
  * Arrays. Positions are n rows of three doubles, in metres; triangles are rows of three vertex
  * indices. Arrays that you pass are read during the call only, unless a comment says more.
@@ -42,7 +43,8 @@ extern "C" {
 enum {
   SELVEDGE_OK = 0,
   SELVEDGE_INVALID = 1,   /* an argument cannot be used */
-  SELVEDGE_FAILED = 2,    /* the simulation cannot continue; its last good state is kept */
+  SELVEDGE_FAILED = 2,    /* the simulation cannot continue; its last good state is kept. Or a
+                             garment cannot be put on */
   SELVEDGE_BUSY = 3,      /* another thread uses the object */
   SELVEDGE_NO_MEMORY = 4, /* nothing has changed */
   SELVEDGE_INTERNAL = 5   /* a fault of selvedge; please report the sentence */
@@ -261,6 +263,37 @@ SELVEDGE_API int selvedge_simulation_save(selvedge_simulation* simulation, selve
 SELVEDGE_API int selvedge_simulation_restore(selvedge_simulation* simulation,
                                              const selvedge_state* state);
 SELVEDGE_API void selvedge_state_free(selvedge_state* state);
+
+/* ---- Garments ---- */
+
+/* A garment, sewn from a pattern around a body. */
+typedef struct selvedge_garment selvedge_garment;
+/* How it is put on; {0} with edge_length set is enough. */
+typedef struct selvedge_dress_options {
+  double edge_length;   /* m, of the triangles of the garment, such as 0.02 */
+  const char* fabric;   /* by name, such as "denim", or a file; NULL: a knit */
+  double body_friction; /* Coulomb coefficient; 0: 0.4 */
+  char pattern_up;      /* axis of the pattern that points up, 'x', 'y' or 'z'; 0: 'y' */
+  char fit_origin;      /* 1: a pattern that stands beside the body is moved to it */
+} selvedge_dress_options;
+/* Puts on a pattern, the JSON text of a GarmentCode file, which `name` stands for in messages. The
+   body, x_t0 of closed parts, is in m with z up. Takes seconds to minutes. SELVEDGE_FAILED:
+   the garment cannot be put on, and the sentence says why. */
+SELVEDGE_API int selvedge_dress(const char* pattern, const char* name, const selvedge_surface* body,
+                                const selvedge_dress_options* options, selvedge_garment** out);
+SELVEDGE_API void selvedge_garment_free(selvedge_garment* garment);
+/* As worn, in m with z up; its flat pattern, of which triangle i corresponds; and the body on which
+   it lies: its skin goes back where it leaves cloth no room. */
+SELVEDGE_API const selvedge_mesh* selvedge_garment_mesh(const selvedge_garment* garment);
+SELVEDGE_API const selvedge_mesh* selvedge_garment_flat(const selvedge_garment* garment);
+SELVEDGE_API const selvedge_mesh* selvedge_garment_body(const selvedge_garment* garment);
+/* "good", or a sentence: how it fits badly, or why it is not worn. */
+SELVEDGE_API const char* selvedge_garment_verdict(const selvedge_garment* garment);
+/* "worn", "good", "clean", "sewn", "at_rest" (1 or 0), "max_stretch", "drop_m", "states_judged". */
+SELVEDGE_API int selvedge_garment_figure(const selvedge_garment* garment, const char* name,
+                                         double* out);
+/* 16 hex digits of the positions and velocities. */
+SELVEDGE_API const char* selvedge_garment_hash(const selvedge_garment* garment);
 
 #ifdef __cplusplus
 }

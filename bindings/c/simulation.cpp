@@ -57,13 +57,10 @@ std::map<std::string, double> figures_of(const RunResult& result) {
   return figures;
 }
 
-double figure_of(const Simulation& simulation, const std::string& name) {
+double figure_of(const Simulation& simulation, const char* name) {
   std::map<std::string, double> figures = figures_of(simulation.result());
   for (const auto& [energy, joule] : simulation.energies()) figures["energy." + energy] = joule;
-  if (const auto found = figures.find(name); found != figures.end()) return found->second;
-  std::vector<std::string> known;
-  for (const auto& [figure, value] : figures) known.push_back(figure);
-  throw std::invalid_argument("figure: " + unknown_name(name, known, {}));
+  return figure_named(name, figures);
 }
 
 }  // namespace
@@ -199,7 +196,6 @@ int selvedge_simulation_contacts(selvedge_simulation* simulation, selvedge_conta
 }
 int selvedge_simulation_figure(selvedge_simulation* simulation, const char* name, double* out) {
   return c::with(simulation, [&](bindings::DrivenSimulation& s) {
-    c::needed(name, "name");
     c::needed(out, "out") = c::figure_of(s.now(), name);
   });
 }

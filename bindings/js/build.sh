@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# build.sh [FOLDER]: compiles detection, exact queries, the judge and simulation to WebAssembly, by the C interface, without
+# build.sh [FOLDER]: compiles detection, exact queries, the judge, simulation and dress to WebAssembly, by the C interface, without
 # threads. Packs the ES module for Node 18 and newer and for browsers into FOLDER/package (default: build/js). Needs Emscripten 3.1.6 or newer
 # with LLVM 16 or newer (Debian 12: clang-16, lld-16, llvm-16, and EM_LLVM_ADD_VERSION=16 EM_CLANG_ADD_VERSION=16), CMake, Ninja,
 # Eigen, nlohmann-json, fmt, m4, and the source of GMP, which it fetches by `apt-get source gmp` unless GMP_SOURCE names an
@@ -62,7 +62,7 @@ emcmake cmake -S . -B "$out/library" -G Ninja -DCMAKE_BUILD_TYPE=Release -DSELVE
   -DSELVEDGE_SIMULATION=ON -DEigen3_DIR="${Eigen3_DIR:-/usr/share/eigen3/cmake}" -Dnlohmann_json_DIR="$out/packages/nlohmann_json" \
   -Dfmt_DIR="$out/packages/fmt" -DSELVEDGE_GMP="$out/gmp/lib/libgmp.a" -DSELVEDGE_GMP_INCLUDE="$out/gmp/include" \
   -DCMAKE_CXX_FLAGS="$flags -isystem $out/gmp/include" >"$out/library.log"
-ninja -j "$(nproc)" -C "$out/library" selvedge_detection selvedge_judge selvedge_simulation >"$out/library.log" || { tail -n 30 "$out/library.log" >&2; exit 1; }
+ninja -j "$(nproc)" -C "$out/library" selvedge_detection selvedge_judge selvedge_dress >"$out/library.log" || { tail -n 30 "$out/library.log" >&2; exit 1; }
 
 version=$(sed -n 's/^project(selvedge VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 gmp=$(sed -n 's/^#define __GNU_MP_VERSION\(_MINOR\|_PATCHLEVEL\)\? *\([0-9]*\)$/\2/p' "$out/gmp/include/gmp.h" | paste -sd.)
@@ -72,7 +72,7 @@ rm -rf "$out/package"
 mkdir -p "$out/package"
 mapfile -t libraries < <(find "$out/library" -name 'libselvedge_*.a')
 # shellcheck disable=SC2086
-em++ -std=c++20 -O3 -DNDEBUG $flags -ffp-contract=off -I "$out/library/include" bindings/c/{detection,judge,library,mesh,simulation}.cpp \
+em++ -std=c++20 -O3 -DNDEBUG $flags -ffp-contract=off -I "$out/library/include" bindings/c/{detection,garment,judge,library,mesh,simulation}.cpp \
   "$out/version.cpp" bindings/js/missing_process.cpp -Wl,--start-group "${libraries[@]}" -Wl,--end-group "$out/gmp/lib/libgmp.a" \
   -sMODULARIZE=1 -sEXPORT_NAME=createSelvedge -sENVIRONMENT=web -sALLOW_MEMORY_GROWTH=1 -sMAXIMUM_MEMORY=4GB \
   -sFORCE_FILESYSTEM=1 -sTOTAL_STACK=5MB -sEXPORTED_FUNCTIONS="$exported,_malloc,_free" \

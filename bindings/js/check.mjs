@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// check.mjs [SCENE.json ...]: prints the results of seeded questions, every double in hexadecimal, and the hashes of the scenes after
-// six frames, from the package `selvedge`; the processor times of two runs of each scene go to the standard error. check.py prints the same from
+// check.mjs PATTERN.json BODY.ply [SCENE.json ...]: prints the results of seeded questions, every double in hexadecimal, the hashes of a
+// garment that is put on, z up, and of the scenes after six frames, from the package `selvedge`; the processor times of two runs of each scene go to the standard error. check.py prints the same from
 // the native library.
 import { readFileSync } from 'node:fs';
 import * as s from 'selvedge';
@@ -78,7 +78,11 @@ function processorTime() {
   }
 }
 
-for (const file of process.argv.slice(2)) {
+const [pattern, body, ...scenes] = process.argv.slice(2);
+const worn = s.dress(readFileSync(pattern, 'utf8'), s.readMesh('body.ply', readFileSync(body)), { edgeLength: 0.05, up: 'z' });
+console.log('dress', worn.hash, worn.statesJudged, worn.garment.x0.length, worn.worn ? 'worn' : 'not worn', worn.verdict);
+
+for (const file of scenes) {
   const name = file.replace(/.*\//, ''), scene = new s.Scene(readFileSync(file, 'utf8')), seconds = [];
   let simulation;
   // The second run has the code that the compiler has optimized by then.

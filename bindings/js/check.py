@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""check.py LIBRARY [SCENE.json ...]: prints what check.mjs prints, from the native libselvedge.so, with one thread."""
+"""check.py LIBRARY PATTERN.json BODY.ply [SCENE.json ...]: prints what check.mjs prints, from the native libselvedge.so, with one thread."""
 import ctypes
 import struct
 import sys
@@ -105,9 +105,35 @@ for wrong in (lambda: checked("find_meetings", byref(point), None, None, None), 
     except RuntimeError as error:
         print("refused", error)
 
-library.selvedge_simulation_steps.restype = ctypes.c_int64
+class Mesh(ctypes.Structure):
+    _fields_ = [("n", c_size_t), ("x", POINTER(c_double)), ("count", c_size_t), ("triangles", POINTER(c_int32))]
+
+
+class DressOptions(ctypes.Structure):
+    _fields_ = [("edge_length", c_double), ("fabric", ctypes.c_char_p), ("body_friction", c_double), ("up", ctypes.c_char),
+                ("fit_origin", ctypes.c_char)]
+
+
 checked("set_threads", c_int(1))
-for file in sys.argv[2:]:
+body, garment = POINTER(Mesh)(), c_void_p()
+checked("mesh_read", sys.argv[3].encode(), byref(body))
+with open(sys.argv[2], "rb") as opened:
+    checked("dress", opened.read(), b"pattern", byref(Surface(body.contents.x, None, body.contents.n, body.contents.triangles,
+                                                              body.contents.count)),
+            byref(DressOptions(edge_length=0.05, up=b"z")), byref(garment))
+for function in ("hash", "verdict"):
+    getattr(library, "selvedge_garment_" + function).restype = ctypes.c_char_p
+library.selvedge_garment_mesh.restype = POINTER(Mesh)
+figures = {}
+for figure in ("states_judged", "worn"):
+    number = c_double()
+    checked("garment_figure", garment, figure.encode(), byref(number))
+    figures[figure] = int(number.value)
+print("dress", call("garment_hash", garment).decode(), figures["states_judged"], 3 * call("garment_mesh", garment).contents.n,
+      "worn" if figures["worn"] else "not worn", call("garment_verdict", garment).decode())
+
+library.selvedge_simulation_steps.restype = ctypes.c_int64
+for file in sys.argv[4:]:
     with open(file, "rb") as opened:
         text = opened.read()
     scene, digits, seconds = c_void_p(), ctypes.create_string_buffer(17), []

@@ -85,7 +85,7 @@ export function judge(mesh: Surface, options?: { body?: Surface | null; rest?: N
 export function judgePath(mesh: Surface, options?: { body?: Surface | null }): { selfCollisions: number; bodyCollisions: number };
 
 /** Reads OBJ, PLY or OFF exactly; the ending of the name tells which. Throws SelvedgeError with the line or byte of a fault. */
-export function readMesh(name: string, content: string | Uint8Array | ArrayBuffer): { x0: Float64Array; triangles: Int32Array };
+export function readMesh(name: string, content: string | Uint8Array | ArrayBuffer): Mesh;
 
 /** Files that a scene names, by their paths relative to it. */
 export type Files = Record<string, string | Uint8Array | ArrayBuffer>;
@@ -161,6 +161,47 @@ export class Simulation {
   restore(state: State): void;
   free(): void;
 }
+
+export interface Mesh {
+  x0: Float64Array;
+  triangles: Int32Array;
+}
+export interface WornGarment {
+  /** As worn, in m with z up. */
+  garment: Mesh;
+  /** The pattern; triangle i of both correspond. */
+  flat: Mesh;
+  /** On which it lies: its skin goes back where it leaves cloth no room. */
+  body: Mesh;
+  /** "good", or how it fits badly, or why it is not worn. */
+  verdict: string;
+  worn: boolean;
+  good: boolean;
+  clean: boolean;
+  sewn: boolean;
+  atRest: boolean;
+  maxStretch: number;
+  /** m, by which it sank */
+  drop: number;
+  statesJudged: number;
+  /** 16 hex digits of positions and velocities. */
+  hash: string;
+}
+export interface DressOptions {
+  /** For messages. */
+  name?: string;
+  /** m, of the triangles; 0.02 by default */
+  edgeLength?: number;
+  fabric?: string | null;
+  bodyFriction?: number;
+  /** Axis of the pattern that points up; y by default. */
+  up?: 'x' | 'y' | 'z';
+  /** Moves a pattern that stands beside the body to it. */
+  fitOrigin?: boolean;
+}
+/** Sews a pattern of GarmentCode, as text or as an object, around a body of closed parts in m with z up. Takes seconds to minutes.
+ * Throws SelvedgeError with code 2 if the garment cannot be put on. */
+export function dress(pattern: string | object, body: Surface, options?: DressOptions): WornGarment;
 
 export function version(): string;
 export function broadPhases(): string[];

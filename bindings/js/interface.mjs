@@ -267,13 +267,15 @@ function withFolder(files, work) {
   }
 }
 
+/** Copies a selvedge_mesh. */
+const meshAt = (at) => ({ x0: copied(Float64Array, word(at + 4), 3 * word(at)), triangles: copied(Int32Array, word(at + 12), 3 * word(at + 8)) });
+
 export function readMesh(name, content) {
   return withFolder({ [name]: content }, (folder) => {
     const mesh = scratched((scratch) => {
       const out = scratch.bytes(4);
       check(wasm._selvedge_mesh_read(scratch.text(`${folder}/${name}`), out));
-      const at = word(out);
-      const read = { x0: copied(Float64Array, word(at + 4), 3 * word(at)), triangles: copied(Int32Array, word(at + 12), 3 * word(at + 8)) };
+      const at = word(out), read = meshAt(at);
       wasm._selvedge_mesh_free(at);
       return read;
     });
@@ -427,4 +429,40 @@ export class Simulation {
   free() {
     release(this);
   }
+}
+
+const kGarmentFigures = { worn: 'worn', good: 'good', clean: 'clean', sewn: 'sewn', atRest: 'at_rest' };
+
+/** The selvedge_dress_options of C. */
+function dressOptions(scratch, { edgeLength = 0.02, fabric = null, bodyFriction = 0.4, up = 'y', fitOrigin = false }) {
+  const at = scratch.bytes(32), name = scratch.text(fabric), view = new DataView(wasm.HEAPU8.buffer);
+  view.setFloat64(at, edgeLength, true);
+  view.setUint32(at + 8, name, true);
+  view.setFloat64(at + 16, bodyFriction, true);
+  view.setUint8(at + 24, up.charCodeAt(0));
+  view.setUint8(at + 25, fitOrigin ? 1 : 0);
+  return at;
+}
+
+export function dress(pattern, body, options = {}) {
+  const text = typeof pattern === 'string' ? pattern : JSON.stringify(pattern);
+  return scratched((scratch) => {
+    const out = scratch.bytes(8);
+    check(wasm._selvedge_dress(scratch.text(text), scratch.text(options.name ?? 'pattern'), scratch.surface(body, 'body'),
+      dressOptions(scratch, options), out));
+    const garment = word(out), figure = (name) => {
+      check(wasm._selvedge_garment_figure(garment, scratch.text(name), out));
+      return new Float64Array(wasm.HEAPU8.buffer, out, 1)[0];
+    };
+    try {
+      const worn = { garment: meshAt(wasm._selvedge_garment_mesh(garment)), flat: meshAt(wasm._selvedge_garment_flat(garment)),
+        body: meshAt(wasm._selvedge_garment_body(garment)), verdict: wasm.UTF8ToString(wasm._selvedge_garment_verdict(garment)),
+        hash: wasm.UTF8ToString(wasm._selvedge_garment_hash(garment)), maxStretch: figure('max_stretch'), drop: figure('drop_m'),
+        statesJudged: figure('states_judged') };
+      for (const [name, field] of Object.entries(kGarmentFigures)) worn[name] = figure(field) === 1;
+      return worn;
+    } finally {
+      wasm._selvedge_garment_free(garment);
+    }
+  });
 }

@@ -88,10 +88,12 @@ function compiledProgram(gl) {
 class Stage {
   constructor(canvas) {
     this.canvas = canvas;
-    this.gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
+    this.gl = canvas.getContext('webgl2', { antialias: true });
     if (this.gl === null) throw new Error('this browser has no WebGL 2');
     this.program = compiledProgram(this.gl);
     this.parts = new Map();
+    /** Whether the picture differs from what was drawn last. */
+    this.changed = true;
     this.camera = { azimuth: -0.95, elevation: 0.35, zoom: 1, centre: [0, 0, 0.4], radius: 1 };
   }
 
@@ -115,10 +117,16 @@ class Stage {
     }
     part.index = index;
     part.count = index?.length ?? x.length / 3;
+    this.changed = true;
   }
 
   remove(...names) {
-    for (const name of names) this.parts.delete(name);
+    for (const part of names.map((name) => this.parts.get(name)).filter((p) => p !== undefined)) {
+      this.gl.deleteVertexArray(part.array);
+      [...part.buffers, part.indices].forEach((buffer) => this.gl.deleteBuffer(buffer));
+    }
+    names.forEach((name) => this.parts.delete(name));
+    this.changed = true;
   }
 
   /** Turns the camera to the box of positions. */
@@ -127,6 +135,7 @@ class Stage {
     if (boxes.length === 0) return;
     const low = [0, 1, 2].map((k) => Math.min(...boxes.map((box) => box[0][k]))), high = [0, 1, 2].map((k) => Math.max(...boxes.map((box) => box[1][k])));
     Object.assign(this.camera, { centre: low.map((l, k) => (l + high[k]) / 2), radius: Math.hypot(...difference(high, low)) / 2 || 1, zoom: 1 });
+    this.changed = true;
   }
 
   /** Eye, axes and half the height of the picture at distance 1. */
@@ -150,9 +159,11 @@ class Stage {
   turn(dx, dy) {
     this.camera.azimuth -= 0.008 * dx;
     this.camera.elevation = Math.min(1.5, Math.max(-1.5, this.camera.elevation + 0.008 * dy));
+    this.changed = true;
   }
   zoom(factor) {
     this.camera.zoom = Math.min(20, Math.max(0.2, this.camera.zoom * factor));
+    this.changed = true;
   }
 
   matrix({ back, right, up, half, aspect, distance, eye }) {
@@ -165,13 +176,18 @@ class Stage {
   resize() {
     const scale = Math.min(globalThis.devicePixelRatio || 1, 2), { canvas } = this;
     const w = Math.max(1, Math.round(canvas.clientWidth * scale)), h = Math.max(1, Math.round(canvas.clientHeight * scale));
-    if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
+    if (canvas.width !== w || canvas.height !== h) {
+      Object.assign(canvas, { width: w, height: h });
+      this.changed = true;
+    }
     this.gl.viewport(0, 0, w, h);
     return scale;
   }
 
   draw() {
     const { gl, program } = this, place = (name) => gl.getUniformLocation(program, name), scale = this.resize(), view = this.view();
+    if (!this.changed) return;
+    this.changed = false;
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.useProgram(program);

@@ -2,6 +2,7 @@
 #include <selvedge/apps/command_line.h>
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/base/parallel.h>
+#include <selvedge/core/system/internal/terminal.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -59,13 +60,14 @@ std::vector<std::string> subcommand_names(const CLI::App& app) {
 }
 
 /// A sentence if the first word is not one of the program's commands, else "".
-std::string refuse_command(const CLI::App& app, int argc, char** argv) {
+std::string refuse_command(const CLI::App& app, const std::vector<std::string>& words) {
   const std::vector<std::string> names = subcommand_names(app);
-  if (names.empty() || (argc > 1 && argv[1][0] == '-')) return "";
+  if (names.empty() || (words.size() > 1 && words[1].starts_with('-'))) return "";
   const std::string program = app.get_name();
   const std::string see = "`" + program + " --help` lists the commands";
-  if (argc < 2) return "give a command, such as `" + program + " " + names.front() + "`; " + see;
-  const std::string word = argv[1];
+  if (words.size() < 2)
+    return "give a command, such as `" + program + " " + names.front() + "`; " + see;
+  const std::string& word = words[1];
   if (std::find(names.begin(), names.end(), word) != names.end()) return "";
   const auto nearest =
       *std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
@@ -219,6 +221,7 @@ CommandLine::CommandLine(const std::string& description, const std::string& name
 CommandLine::CommandLine(std::unique_ptr<State> state)
     : Command(state->app, state->outcome), state_(std::move(state)) {
   state_->app.failure_message(failure_message);
+  state_->app.allow_windows_style_options(false);  // a path may begin with /
 }
 
 CommandLine::~CommandLine() = default;
@@ -240,12 +243,15 @@ void CommandLine::common_options() {
 
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   CLI::App& app = state_->app;
-  if (const std::string refusal = refuse_command(app, argc, argv); !refusal.empty()) {
+  const std::vector<std::string> words = program_arguments(argc, argv);
+  if (const std::string refusal = refuse_command(app, words); !refusal.empty()) {
     std::cerr << app.get_name() << ": " << printable(refusal) << "\n";
     return kInputWrong;
   }
   try {
-    app.parse(argc, argv);
+    std::vector<const char*> pointers;
+    for (const std::string& word : words) pointers.push_back(word.c_str());
+    app.parse(static_cast<int>(pointers.size()), pointers.data());
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kInputWrong;  // a call for help is not an error
   }

@@ -3,6 +3,7 @@
 #include <selvedge/apps/commands.h>
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/core/system/internal/signals.h>
+#include <selvedge/core/system/internal/terminal.h>
 
 #include <cstdio>
 #include <exception>
@@ -47,6 +48,7 @@ int run_command_line(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   selvedge::report_large_files();
+  selvedge::prepare_console();
   try {
     return run_command_line(argc, argv);
   } catch (const std::invalid_argument& error) {

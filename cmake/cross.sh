@@ -1,5 +1,5 @@
-# shellcheck shell=bash
 # SPDX-License-Identifier: MIT
+# shellcheck shell=bash
 # Functions for scripts that build for another system with what Debian has for this one.
 
 # debian_source OUT NAME: fetches the source package NAME and unpacks what Debian calls the original to OUT/NAME_source, unless it is
@@ -18,21 +18,31 @@ debian_source() {
   touch "$out/${name}_source/complete"
 }
 
+# version_of PACKAGE FOLDER: the version that its headers state.
+version_of() {
+  case $1 in
+    CLI11) sed -n 's/^#define CLI11_VERSION "\(.*\)"/\1/p' "$2/CLI/Version.hpp" ;;
+    fmt) awk '/^#define FMT_VERSION/ { printf "%d.%d.%d\n", $3 / 10000, $3 / 100 % 100, $3 % 100 }' "$2/fmt/core.h" ;;
+    nlohmann_json) sed -n 's/^#define NLOHMANN_JSON_VERSION_[A-Z]* \([0-9]*\).*/\1/p' "$2/nlohmann/detail/abi_macros.hpp" | paste -sd. ;;
+  esac
+}
+
 # header_packages OUT: copies the headers of Eigen, JSON, fmt and CLI11 to OUT/include, because /usr/include must not be searched, and
 # makes OUT/packages, where CMake finds them.
 header_packages() {
-  local out=$1 package
+  local out=$1 package name
   if [ ! -d "$out/include/CLI" ]; then
     mkdir -p "$out/include"
     cp -r "${EIGEN_INCLUDE:-/usr/include/eigen3}/Eigen" "${JSON_INCLUDE:-/usr/include}/nlohmann" "${FMT_INCLUDE:-/usr/include}/fmt" \
       "${CLI11_INCLUDE:-/usr/include}/CLI" "$out/include/"
   fi
   for package in nlohmann_json::nlohmann_json fmt::fmt CLI11::CLI11; do
-    mkdir -p "$out/packages/${package%::*}"
+    name=${package%::*}
+    mkdir -p "$out/packages/$name"
     echo "if(NOT TARGET $package)
   add_library($package INTERFACE IMPORTED)
-endif()" >"$out/packages/${package%::*}/${package%::*}-config.cmake"
-    echo 'set(PACKAGE_VERSION 11)
-set(PACKAGE_VERSION_COMPATIBLE TRUE)' >"$out/packages/${package%::*}/${package%::*}-config-version.cmake"
+endif()" >"$out/packages/$name/${name,,}-config.cmake"
+    echo "set(PACKAGE_VERSION $(version_of "$name" "$out/include"))
+set(PACKAGE_VERSION_COMPATIBLE TRUE)" >"$out/packages/$name/${name,,}-config-version.cmake"
   done
 }

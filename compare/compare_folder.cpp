@@ -3,6 +3,7 @@
 #include <selvedge/compare/compare_plan.h>
 #include <selvedge/compare/detail/plan_json.h>
 #include <selvedge/core/system/internal/files.h>
+#include <selvedge/core/system/internal/libraries.h>
 #include <selvedge/core/system/internal/processes.h>
 #include <selvedge/core/system/internal/read_file.h>
 
@@ -230,7 +231,7 @@ std::string text_hash(const std::string& text) {
 }
 
 std::string program_hash() {
-  const std::string program = content("/proc/self/exe");
+  const std::string program = content(running_program());
   return program.empty() ? "" : text_hash(program);
 }
 

@@ -133,7 +133,8 @@ std::vector<std::string> all_scenes_in(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(folder, none))
-    if (entry.is_regular_file() && is_scene(entry.path())) names.push_back(entry.path().stem());
+    if (entry.is_regular_file() && is_scene(entry.path()))
+      names.push_back(entry.path().stem().string());
   if (names.empty())
     throw std::invalid_argument(folder.string() + ": the folder has no scenes (*.json)");
   std::sort(names.begin(), names.end());

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <selvedge/core/system/detail/descriptor.h>
 #include <selvedge/core/system/internal/files.h>
-
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <string>
@@ -14,7 +11,6 @@ namespace selvedge {
 namespace {
 
 constexpr std::size_t kBufferSize = std::size_t{1} << 16;  // bytes per write call
-constexpr mode_t kReadableByAll = 0666;                    // masked by the process's umask
 
 }  // namespace
 
@@ -23,14 +19,15 @@ AtomicFile::AtomicFile(std::filesystem::path file) : file_(std::move(file)), par
   std::error_code ignored;  // if the status cannot be queried, opening the file fails too
   const auto status = std::filesystem::status(file_, ignored);
   if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status))
-    partial_ += ".partial" + std::to_string(::getpid());
-  descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kReadableByAll);
+    partial_ += ".partial" + std::to_string(detail::process_number());
+  descriptor_ = detail::open_file(partial_, detail::Opening::written);
   if (descriptor_ < 0) fail("cannot open");
 }
 
 AtomicFile::~AtomicFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  if (!committed_ && partial_ != file_) ::unlink(partial_.c_str());
+  if (descriptor_ >= 0) detail::close_file(descriptor_);
+  std::error_code ignored;  // a file that is left over does no harm
+  if (!committed_ && partial_ != file_) std::filesystem::remove(partial_, ignored);
 }
 
 void AtomicFile::write(const void* bytes, std::size_t count) {
@@ -44,8 +41,10 @@ void AtomicFile::write(const void* bytes, std::size_t count) {
 
 void AtomicFile::commit() {
   flush();
-  if (::close(std::exchange(descriptor_, -1)) != 0) fail("cannot write");
-  if (partial_ != file_ && ::rename(partial_.c_str(), file_.c_str()) != 0) fail("cannot rename to");
+  if (detail::close_file(std::exchange(descriptor_, -1)) != 0) fail("cannot write");
+  std::error_code error;
+  if (partial_ != file_) std::filesystem::rename(partial_, file_, error);
+  if (error) throw std::system_error(error, "cannot rename to " + file_.string());
   committed_ = true;
 }
 
@@ -56,7 +55,7 @@ void AtomicFile::flush() {
 
 void AtomicFile::write_through(const std::byte* begin, std::size_t count) {
   while (count > 0) {
-    const ssize_t written = ::write(descriptor_, begin, count);
+    const std::ptrdiff_t written = detail::write_next(descriptor_, begin, count);
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) fail("cannot write");
     begin += written;

@@ -201,7 +201,7 @@ void make_folder(const fs::path& folder) {
   if (error)
     throw std::invalid_argument(
         fmt::format("{}: the result folder cannot be made: {}", folder.string(), error.message()));
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
+  if (!can_write_in(folder))
     throw std::invalid_argument(folder.string() +
                                 ": the result folder cannot be written; check its permissions");
 }

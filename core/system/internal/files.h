@@ -39,6 +39,9 @@ class AtomicFile {
   bool committed_ = false;
 };
 
+/// True if this process may make files in a folder.
+bool can_write_in(const std::filesystem::path& folder);
+
 /// A file that is read and written at any place. Every failure throws std::system_error, whose
 /// message names the file.
 class OpenFile {
@@ -68,9 +71,9 @@ class OpenFile {
   std::string name_;  // for messages
 };
 
-/// Keeps a folder for one process at a time, as long as it lives: an advisory lock (flock) on the
-/// file `lock` in it, which is removed at the end. The system releases the lock when the process
-/// dies; the file that is then left over keeps nobody out.
+/// Keeps a folder for one process at a time, as long as it lives: a lock on the file `lock` in it
+/// (POSIX: flock; Windows: nobody else may write it), which is removed at the end. The system
+/// releases the lock when the process dies; the file that is then left over keeps nobody out.
 class FolderLock {
  public:
   /// Name of the file in the folder.
@@ -88,9 +91,6 @@ class FolderLock {
   const std::string& warning() const { return warning_; }
 
  private:
-  bool is_current() const;
-  void note_process() const;
-
   std::filesystem::path file_;
   int descriptor_ = -1;
   std::string warning_;

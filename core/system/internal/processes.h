@@ -43,7 +43,7 @@ class ChildProcess {
 /// Starts a copy of this process that runs `task` and exits with the code that it returns, or dies
 /// with this process. An exception leaves the function in the copy. The copy has the calling thread
 /// only: locks that other threads hold would never be released. Throws std::system_error if the
-/// system refuses a process.
+/// system refuses a process, std::runtime_error on Windows, which has no such copies.
 ChildProcess run_in_copy(const std::function<int()>& task);
 
 /// Number of threads of this process; 0 where the system does not tell.

@@ -7,4 +7,8 @@ namespace selvedge {
 
 bool error_stream_is_terminal() { return ::isatty(STDERR_FILENO) != 0; }
 
+std::vector<std::string> program_arguments(int argc, char** argv) { return {argv, argv + argc}; }
+
+void prepare_console() {}
+
 }  // namespace selvedge

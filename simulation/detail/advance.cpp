@@ -305,15 +305,15 @@ bool Simulation::Parts::gains_energy() {
   std::vector<Vec3> v_end(n());
   detail::end_velocities(methods.traits, input, outcome, v_end);
   finish_velocities(v_end);
-  std::vector<ContactImpulse> contacts;
-  const auto find_contacts = [&] {
-    if (outcome.v.answered && contacts.empty())
-      methods.response->impulses(outcome.v.mean, contacts);
+  std::vector<ContactImpulse> impulses;
+  const auto find_impulses = [&] {
+    if (outcome.v.answered && impulses.empty())
+      methods.response->impulses(outcome.v.mean, impulses);
   };
   const auto work_of_anchors = [&]() -> std::optional<double> {
     if (!methods.traits.follows_energy) return std::nullopt;
-    find_contacts();
-    return anchor_work(methods, input, outcome, contacts);
+    find_impulses();
+    return anchor_work(methods, input, outcome, impulses);
   };
   if (!balance.weigh(methods.integrator->forces(),
                      {input.x_t0, outcome.x_t1(), input.particles.v, v_end, input.inv_mass,
@@ -321,9 +321,9 @@ bool Simulation::Parts::gains_energy() {
                       work_of_anchors}))
     return false;
   if (outcome.v.answered && balance.gain() > balance.bound()) {
-    find_contacts();
+    find_impulses();
     double work = 0.0;
-    for (const ContactImpulse& c : contacts) work += c.work_normal + c.work_friction;
+    for (const ContactImpulse& c : impulses) work += c.work_normal + c.work_friction;
     balance.stored(std::max(0.0, work));
   }
   // Between bodies and cloth it would cost momentum; there the next attempt is by the other method.

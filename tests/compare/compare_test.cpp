@@ -332,10 +332,16 @@ TEST_F(CompareCells, AMethodThatMissesAgainstItsPromiseIsAFailure) {
   write("cell/scene.json", scene);
   fs::create_directories(folder_ / "cell");
   write("cell/scene.json", scene);
+#ifdef SELVEDGE_VALIDATION
+  EXPECT_DEATH(run_cell(folder_ / "cell", 0, {.judged_motions = 3}, methods),
+               "pairs that collide are not among the candidates")
+      << "a validation build searches every step again";
+#else
   const CellRun run = run_cell(folder_ / "cell", 0, {.judged_motions = 3}, methods);
   EXPECT_GT(run.pairs.colliding, 0u);
   EXPECT_LT(run.pairs.recall, 1.0);
   EXPECT_SAYS(run.pairs.failure, "blind is to ");
+#endif
 }
 
 TEST_F(CompareCells, SmallerStepsOfAMethodOfFirstOrderErrLess) {
@@ -647,7 +653,9 @@ TEST_F(CompareCells, ThePageLinksThePagesOfItsCells) {
   ASSERT_EQ(
       compare("ball.json --vary dt=0.004,0.008 --repeats 1 --no-pictures --views --out c").code, 0);
   const std::string page = content(folder_ / "c" / "compare.html");
-  for (const auto& row : table("c")["rows"]) {
+  const Json all = table("c");
+  ASSERT_EQ(all["rows"].size(), 2u);
+  for (const Json& row : all["rows"]) {
     const std::string view = "cells/" + row["id"].get<std::string>() + "/view.html";
     EXPECT_SAYS(page, "\"view\":\"" + view + "\"");
     EXPECT_SAYS(content(folder_ / "c" / view), "\"name\":\"" + row["label"].get<std::string>());

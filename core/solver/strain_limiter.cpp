@@ -129,6 +129,23 @@ StrainReport StrainLimiter::apply(std::span<const double> inv_mass, double toler
   return report;
 }
 
+void StrainLimitMethod::find_held(std::span<const Vec3> x, double tolerance,
+                                  std::vector<HeldStrain>& out) const {
+  if (limiter() == nullptr) return;
+  const std::span<const Spring> springs = limiter()->springs();
+  for (std::size_t i = 0; i < springs.size(); ++i) {
+    const Spring& s = springs[i];
+    const Vec3 d = x[s.b] - x[s.a];
+    const double length = d.norm(), strain = length / s.rest_length - 1.0;
+    const double limit = limiter()->limits()[i];
+    if (!(length > 0.0)) continue;  // without a direction
+    const Vec3 to_b = d / length;
+    if (strain > limit - tolerance) out.push_back({{s.a, s.b, -1}, {to_b, -to_b, Vec3::Zero()}, 2});
+    if (limiter()->limits_compression() && -strain > limit - tolerance)
+      out.push_back({{s.a, s.b, -1}, {-to_b, to_b, Vec3::Zero()}, 2});
+  }
+}
+
 void register_no_limiter(StrainLimiterRegistry& registry) {
   detail::register_policy(registry, "none",
                           {.promise = "no limit: springs stretch by their law alone",

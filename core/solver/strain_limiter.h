@@ -5,9 +5,11 @@
 #include <selvedge/core/cloth/cloth_elements.h>
 #include <selvedge/core/cloth/force.h>
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -92,11 +94,25 @@ enum class LimiterKind : std::uint8_t {
 struct LimiterTraits {
   std::string_view promise, source;
   bool bounds_strain = true;    ///< iterates until the limits hold, if the held particles permit it
+  bool of_springs = true;       ///< what it bounds is the strain of each spring
   bool keeps_momentum = true;   ///< conserves the momentum of free particles to rounding
   bool keeps_velocity = false;  ///< moving a particle does not change its velocity
   LimiterKind kind = LimiterKind::method;
   bool adds_force = false;                    ///< a method that also has a force on the springs
   LimitedStrain limits = LimitedStrain::any;  ///< of a method
+};
+
+/// A strain and its limit.
+struct LimitedValue {
+  double strain = 0.0, limit = 0.0;
+};
+
+/// A strain at its limit, as a constraint that the limiter upholds: it may pull its particles with
+/// any force λ pull[k] on v[k], λ >= 0, which sum to 0. Those beyond `count` are not looked at.
+struct HeldStrain {
+  std::array<std::int32_t, 3> v;
+  std::array<Vec3, 3> pull;
+  int count = 2;
 };
 
 /// A method that keeps springs within their strain limits (super-elasticity, survey section 4) by
@@ -108,8 +124,19 @@ class StrainLimitMethod {
   /// Measures the strains of the springs of the method, so that nobody keeps them twice. Null: it
   /// does not keep them.
   virtual const StrainLimiter* limiter() const { return nullptr; }
+  /// Tells the directions of the fabric before the first step: the triangles of the cloth, and in
+  /// the same order those of the rest shape, which has warp along x and weft along y if it is flat.
+  /// A method of single springs has no use for them.
+  virtual void set_directions(std::span<const Triangle> triangles, const TriangleMesh& rest);
   /// Moves the end positions of the particles, m. Held particles stay.
   virtual StrainReport limit_ends(const LimitStep& step, std::span<Vec3> x_t1) = 0;
+  /// The strain at x, m, that exceeds its limit most, if the method does not limit that of springs;
+  /// none: it does.
+  virtual std::optional<LimitedValue> worst(std::span<const Vec3> x) const;
+  /// Appends the strains that at x, m, are at a limit or within `tolerance` of it. By default those
+  /// of the springs of `limiter()`.
+  virtual void find_held(std::span<const Vec3> x, double tolerance,
+                         std::vector<HeldStrain>& out) const;
   /// Changes the velocities (m/s) of the accepted step that ended at `x`. By default it does
   /// nothing.
   virtual void limit_velocities(const LimitStep& step, std::span<const Vec3> x, std::span<Vec3> v);

@@ -63,6 +63,12 @@ class PositionVelocityLimiter final : public PositionLimiter {
 void StrainLimitMethod::limit_velocities(const LimitStep&, std::span<const Vec3>, std::span<Vec3>) {
 }
 
+std::optional<LimitedValue> StrainLimitMethod::worst(std::span<const Vec3>) const {
+  return std::nullopt;
+}
+
+void StrainLimitMethod::set_directions(std::span<const Triangle>, const TriangleMesh&) {}
+
 std::unique_ptr<StrainLimitMethod> make_position_limiter(std::span<const Spring> springs,
                                                          std::span<const double> limits,
                                                          std::size_t particles, bool with_velocity,

@@ -46,13 +46,15 @@ void register_ordered_limiters(StrainLimiterRegistry& registry);
 void register_velocity_limiters(StrainLimiterRegistry& registry);
 void register_stiffening_forces(StrainLimiterRegistry& registry);
 void register_modified_springs(StrainLimiterRegistry& registry);
+void register_continuum_limiter(StrainLimiterRegistry& registry);
 void register_step_policies(StrainLimiterRegistry& registry);
 
 StrainLimiterRegistry strain_limiters() {
   StrainLimiterRegistry registry;
-  for (const auto add : {register_no_limiter, register_position_limiters, register_ordered_limiters,
-                         register_velocity_limiters, register_stiffening_forces,
-                         register_modified_springs, register_step_policies})
+  for (const auto add :
+       {register_no_limiter, register_position_limiters, register_ordered_limiters,
+        register_velocity_limiters, register_stiffening_forces, register_modified_springs,
+        register_continuum_limiter, register_step_policies})
     add(registry);
   return registry;
 }

@@ -14,6 +14,10 @@ namespace {
 /// Rounds of a limiter that moves single particles and of restoring that followers follow.
 constexpr int kFollowerRounds = 10;
 
+/// A strain within this of its target is held there: sweeps begin above their tolerance, and one
+/// may shorten what another has brought to its target.
+constexpr double kHeldStrain = kStrainTolerance;
+
 /// Distance that a parted pair keeps, and the part of it that may be missing, as shares of its rest
 /// gap; a pair that the fail-safe left nearer keeps its distance.
 constexpr double kPartedGap = 0.1;
@@ -78,7 +82,9 @@ StrainStage::StrainStage(bool proofs, const BuiltScene& built, StrainLimit limit
       reach_(proofs, measures()),
       before_(count(built)),
       shift_(count(built), Vec3::Zero()) {
-  if (method_) traits_ = method_->traits();
+  if (!method_) return;
+  traits_ = method_->traits();
+  method_->set_directions(built.cloth.surface.triangles, built.rest);
 }
 
 void StrainStage::begin() {
@@ -157,13 +163,24 @@ int StrainStage::limit_beside(const LimitStep& step, const PartedPairs& parted,
 }
 
 bool StrainStage::is_tolerated(std::span<const Vec3> x) {
+  if (acts())
+    if (const auto own = method_->worst(x)) return own->strain - own->limit <= kStrainTolerance;
   constexpr double kAny = std::numeric_limits<double>::infinity();
   return reach_.keeps_below(x, kAny, kStrainTolerance) ||
          measures().measure(x).residual <= kStrainTolerance;
 }
 
+std::vector<HeldStrain> StrainStage::held(std::span<const Vec3> x) const {
+  std::vector<HeldStrain> held;
+  if (acts()) method_->find_held(x, kHeldStrain, held);
+  return held;
+}
+
 double StrainStage::overshoot(std::span<const Vec3> x) {
   if (is_tolerated(x)) return 0.0;
+  if (acts())
+    if (const auto own = method_->worst(x))
+      return own->strain / (own->limit + kStrainTolerance) - 1.0;
   const std::span<const Spring> springs = measures().springs();
   const std::span<const double> targets = measures().limits();
   double worst = 0.0;

@@ -58,6 +58,10 @@ class StrainStage {
                    KeepFollowers keep, PhaseClock& clock);
   /// Whether no spring at x exceeds its limit by more than the tolerance.
   bool is_tolerated(std::span<const Vec3> x);
+  /// Whether it has moved a particle since `begin`.
+  bool has_moved() const { return moved_; }
+  /// The strains at x that the limiter holds; none if it does not act.
+  std::vector<HeldStrain> held(std::span<const Vec3> x) const;
   /// Changes the velocities of an accepted step, m/s, if the limiter does.
   void finish(const LimitStep& step, std::span<const double> mass, std::span<const Vec3> x,
               std::span<Vec3> v);

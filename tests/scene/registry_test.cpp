@@ -289,7 +289,7 @@ TEST(Methods, ALimiterSaysWhetherItIsAMethodForceOrPolicy) {
     ++kinds[kind];
   }
   EXPECT_EQ(kinds[LimiterKind::none], 1);
-  EXPECT_EQ(kinds[LimiterKind::method], 9);
+  EXPECT_EQ(kinds[LimiterKind::method], 10);
   EXPECT_EQ(kinds[LimiterKind::force], 4);
   EXPECT_EQ(kinds[LimiterKind::critical_step], 1);
   EXPECT_EQ(kinds[LimiterKind::stiffens], 1);

@@ -34,6 +34,21 @@ struct TouchPart {
   double weight;
 };
 
+// Over-relaxation of the limiter's forces, which pass from spring to spring through the cloth.
+constexpr double kOver = 1.7;
+
+/// A strain at its limit as it acts on the particles that move by themselves.
+struct Pull {
+  std::size_t begin, end;  // of the parts
+  double force = 0.0;      // >= 0
+  double yielding = 0.0;   // Σ pull² / mass
+};
+
+struct PullPart {
+  std::int32_t particle;
+  Vec3 pull;
+};
+
 /// The nearest force of a friction cone.
 Vec3 in_cone(const Vec3& force, const Vec3& normal, double friction) {
   const double push = normal.dot(force);
@@ -63,13 +78,17 @@ class Balance {
     }
     for (const StepContact& c : f.near)
       if (c.gap <= (1.0 + kTouch) * c.point.rest_gap) add(c, f.step);
+    for (const HeldStrain& held : f.held) add(held);
   }
 
   double sweep_down_to(double enough) {
     double share = measure();
-    for (int sweep = 0; sweep < kSweeps && share > enough && !touches_.empty();) {
-      for (int k = 0; k < kTogether; ++k, ++sweep)
+    const bool any = !touches_.empty() || !pulls_.empty();
+    for (int sweep = 0; sweep < kSweeps && share > enough && any;) {
+      for (int k = 0; k < kTogether; ++k, ++sweep) {
         for (Touch& touch : touches_) relax(touch);
+        for (Pull& pull : pulls_) relax(pull);
+      }
       const double before = std::exchange(share, measure());
       if (!(share < (1.0 - kGains) * before)) break;
     }
@@ -96,14 +115,34 @@ class Balance {
     touches_.push_back(touch);
   }
 
+  void add(const HeldStrain& held) {
+    Pull pull{.begin = pull_parts_.size(), .end = 0};
+    for (int k = 0; k < held.count; ++k)
+      share_out(held.v[k], 1.0, [&](std::int32_t i, double weight) {
+        pull_parts_.push_back({i, weight * held.pull[k]});
+        pull.yielding += pull_parts_.back().pull.squaredNorm() / mass_[i];
+      });
+    pull.end = pull_parts_.size();
+    if (pull.yielding > 0.0)
+      pulls_.push_back(pull);
+    else
+      pull_parts_.resize(pull.begin);
+  }
+
   void add_part(std::int32_t vertex, double weight) {
-    const auto add = [&](std::int32_t i, double w) {
-      if (free_[i] && w != 0.0) parts_.push_back({i, w});
+    share_out(vertex, weight, [&](std::int32_t i, double w) { parts_.push_back({i, w}); });
+  }
+
+  // Calls add(i, weight) for each free particle i that moves the vertex.
+  void share_out(std::int32_t vertex, double weight, auto&& add) const {
+    const auto add_free = [&](std::int32_t i, double w) {
+      if (free_[i] && w != 0.0) add(i, w);
     };
     if (followers_ == nullptr) {
-      if (static_cast<std::size_t>(vertex) < mass_.size()) add(vertex, weight);
+      if (static_cast<std::size_t>(vertex) < mass_.size()) add_free(vertex, weight);
     } else if (static_cast<std::size_t>(vertex) < followers_->particles()) {
-      for (const Followers::Share& s : followers_->shares(vertex)) add(s.leader, s.weight * weight);
+      for (const Followers::Share& s : followers_->shares(vertex))
+        add_free(s.leader, s.weight * weight);
     }
   }
 
@@ -118,6 +157,17 @@ class Balance {
       parting += parts_[k].weight / mass_[parts_[k].particle] * left_[parts_[k].particle];
     const Vec3 next = in_cone(touch.force - parting / touch.yielding, touch.normal, touch.friction);
     apply(touch, next - std::exchange(touch.force, next));
+  }
+
+  void relax(Pull& pull) {
+    double parting = 0.0;
+    for (std::size_t k = pull.begin; k < pull.end; ++k)
+      parting +=
+          pull_parts_[k].pull.dot(left_[pull_parts_[k].particle]) / mass_[pull_parts_[k].particle];
+    const double next = std::max(0.0, pull.force - kOver * parting / pull.yielding);
+    const double more = next - std::exchange(pull.force, next);
+    for (std::size_t k = pull.begin; k < pull.end; ++k)
+      left_[pull_parts_[k].particle] += more * pull_parts_[k].pull;
   }
 
   double measure() const {
@@ -136,6 +186,8 @@ class Balance {
   std::vector<char> free_;
   std::vector<TouchPart> parts_;
   std::vector<Touch> touches_;
+  std::vector<PullPart> pull_parts_;
+  std::vector<Pull> pulls_;
 };
 
 }  // namespace
@@ -206,6 +258,22 @@ std::vector<StepContact> Simulation::Parts::contacts_now() {
   return contacts;
 }
 
+// The share of the weight that has changed the velocities in the last step: the force that was left
+// with the reactions of contacts and of the limiter. An implicit step evaluates forces before the
+// limiter moves its end, so that cloth which the limiter brings back to the same place in every
+// step has forces there that are not in balance.
+double Simulation::Parts::accelerating_share() const {
+  double sum = 0.0, all = 0.0;
+  for (std::size_t i = 0; i < n(); ++i) {
+    if (!(input.inv_mass[i] > 0.0)) continue;
+    const Vec3 mean = (state.x[i] - input.x_t0[i]) / input.h, &v = input.particles.v[i];
+    const double mass = input.particles.mass[i];
+    sum += mass * std::max((state.v[i] - v).squaredNorm(), (mean - v).squaredNorm());
+    all += mass;
+  }
+  return all > 0.0 ? std::sqrt(sum / all) / (input.h * detail::kGravity) : 0.0;
+}
+
 RestReport Simulation::Parts::rest() {
   RestReport rest;
   const bool stepped = attempts.accepted;
@@ -230,9 +298,12 @@ RestReport Simulation::Parts::rest() {
                                               .mass = input.particles.mass,
                                               .inv_mass = std::span(input.inv_mass).first(n()),
                                               .near = near,
+                                              .held = methods.strain.held(state.x),
                                               .step = input.h,
                                               .followers = input.followers},
                                              0.5 * kBalanced);
+  if (stepped && methods.strain.has_moved())
+    rest.unbalanced = std::min(rest.unbalanced, accelerating_share());
   rest.at_rest = rest.unbalanced < kBalanced && rest.max_speed < kStill * falling_speed(built) &&
                  !(methods.untangling() || attempts.given_up);
   rest.verdict = verdict(rest, methods.names);

@@ -119,6 +119,7 @@ struct Simulation::Parts {
   bool settles() const;
   std::vector<StepContact> contacts_now();
   RestReport rest();
+  double accelerating_share() const;
 
   // -- check_state.cpp ----------------------------------------------------------------------------
   void look_at_state();

@@ -140,6 +140,73 @@ TEST(AtRest, AContactOnlyPushes) {
             1e-4);
 }
 
+/// A chain of particles of 1 kg, a metre apart in the direction of z; the first is held, and all
+/// links are at their limit.
+double unbalanced_chain(int links, double direction) {
+  const std::size_t n = links + 1;
+  const std::vector<Vec3> force(n, Vec3(0.0, 0.0, -kGravity));
+  std::vector<double> mass(n, 1.0), inv_mass(n, 1.0);
+  inv_mass[0] = 0.0;
+  std::vector<HeldStrain> held;
+  const Vec3 to_next(0.0, 0.0, direction);
+  for (int i = 0; i < links; ++i) held.push_back({{i, i + 1, -1}, {to_next, -to_next, Vec3()}, 2});
+  return detail::unbalanced_share(
+      {.force = force, .mass = mass, .inv_mass = inv_mass, .near = {}, .held = held}, 1e-4);
+}
+
+TEST(AtRest, AStrainAtItsLimitPullsButDoesNotPush) {
+  EXPECT_LT(unbalanced_chain(1, -1.0), 1e-4) << "it hangs";
+  EXPECT_NEAR(unbalanced_chain(1, 1.0), 1.0, 1e-12) << "it does not stand";
+  EXPECT_LT(unbalanced_chain(24, -1.0), 1e-3);
+  EXPECT_NEAR(unbalanced_chain(24, 1.0), 1.0, 1e-12);
+}
+
+/// A sheet that hangs by two corners, in which springs near them reach their limit of 4 %.
+Scene hung(const std::string& limiter) {
+  Scene scene;
+  scene.name = "hung";
+  Material& soft = scene.materials["default"] = Material{};
+  soft.stretch_stiffness = 100.0;
+  soft.shear_stiffness = 30.0;
+  soft.strain_limit = 0.04;
+  ClothSpec& sheet = scene.cloths.emplace_back();
+  sheet.name = "sheet";
+  sheet.shape = ClothGrid{"rectangular", {1.0, 1.0, 12, 12}};
+  sheet.placement.rotation = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX());
+  scene.handles.push_back({"corners", "sheet", {156, 168}, {}, {}});
+  scene.air.viscous_drag = 0.5;
+  scene.contact.self = false;
+  scene.solver.limiter = limiter;
+  scene.time.frames = 600;
+  return scene;
+}
+
+TEST(AtRest, ClothThatItsStrainLimitHoldsComesToRest) {
+  for (const char* limiter : {"position", "continuum"}) {
+    Scene scene = hung(limiter);
+    Simulation simulation(scene);
+    EXPECT_LT(frames_to_rest(simulation, scene.time.frames), scene.time.frames)
+        << limiter << ": " << simulation.rest().verdict;
+    // Without the limiter the same place is not one of rest.
+    scene.solver.strain_limiter = false;
+    Simulation other(scene);
+    other.restore(simulation.state());
+    EXPECT_GT(other.rest().unbalanced, 0.1) << limiter;
+  }
+}
+
+TEST(AtRest, ClothThatSwingsAtItsStrainLimitIsNot) {
+  Scene scene = hung("position");
+  scene.cloths[0].placement.rotation = Eigen::AngleAxisd(0.4 * std::numbers::pi, Vec3::UnitX());
+  scene.air.viscous_drag = 0.0;
+  Simulation simulation(scene);
+  for (int frame = 1; frame <= 60; ++frame) {
+    simulation.advance_to_frame(frame);
+    EXPECT_FALSE(simulation.rest().at_rest) << frame;
+    EXPECT_GT(simulation.rest().unbalanced, 5e-3) << frame;
+  }
+}
+
 TEST(AtRest, QuasiStaticStepsReachTheEquilibriumOfADrape) {
   const Scene scene = drape("quasi_static");
   Simulation simulation(scene);

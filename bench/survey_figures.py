@@ -10,6 +10,7 @@ limiters   Figures 21 and 22, Table VI: 2,500 particles on the table without a l
 steps      Figure 27: the largest stable step of each integrator, 2,500 particles, ordered position correction
 shapes     Figure 28: explicit Euler (survey eq. 14) a little below and above its largest stable step
 responses  Figures 45 and 46: penalty springs from small to great, and positions and velocities
+penalty    Figure 45: penalty springs alone, without the program, whose exact tests keep the cloth out of the table
 refine     Table II: distance of each net to its finest one, from what nets wrote
 draw       docs/images/survey_figures.svg and survey_drapes.png
 ji         docs/images/experiment_xii.svg: the two curves of Table XII, from the result folder --result of data/experiments/xii_ji.json
@@ -249,10 +250,8 @@ class Net:
         self.triangles = np.concatenate([corners[:, None] + np.array(corner) for corner in cell])
 
     def sum(self, pulls):
-        total = np.zeros_like(self.x)
-        np.add.at(total, self.a, pulls)
-        np.add.at(total, self.b, -pulls)
-        return total
+        count = lambda ends, k: np.bincount(ends, pulls[:, k], len(self.x))
+        return np.stack([count(self.a, k) - count(self.b, k) for k in range(3)], axis=1)
 
     def acceleration(self):
         d = self.x[self.a] - self.x[self.b]
@@ -269,6 +268,28 @@ class Net:
         self.x[on, 2] = 0.5
         self.v[on] = 0.0
 
+    def implicit_step(self, h, stiffness):
+        """Linearly implicit Euler (eq. 38 corrected), with penalty springs of the table (eq. 42) by the depths at its start."""
+        d = self.x[self.a] - self.x[self.b]
+        length = np.linalg.norm(d, axis=1, keepdims=True)
+        n = d / np.maximum(length, 1e-12)
+        pull = STIFFNESS * (length - self.rest[:, None])
+        across = np.maximum(pull / np.maximum(length, 1e-12), 0.0)
+        drag = 1.6 * survey_size.SIDE**2 / len(self.x)
+
+        def resist(y, along, turned):
+            e = y[self.a] - y[self.b]
+            part = (e * n).sum(axis=1, keepdims=True) * n
+            return self.sum(along * part + turned * (e - part))
+
+        apply = lambda y: (self.mass + h * drag) * y + resist(y, h * (h + DAMPING) * STIFFNESS, h * h * across)
+        force = -self.sum(pull * n) - resist(self.v, (h + DAMPING) * STIFFNESS, h * across) - drag * self.v
+        force[:, 2] -= 9.81 * self.mass
+        inside = (np.hypot(self.x[:, 0], self.x[:, 1]) < 0.3) & (self.x[:, 2] < 0.5) & (self.x[:, 2] > 0.48)
+        force[inside, 2] += stiffness * (0.5 - self.x[inside, 2])
+        self.v += solved(apply, h * force)
+        self.x += h * self.v
+
     def largest_step(self):
         """h with h^2 w + 2 h DAMPING w = 4, where w is the largest eigenvalue of the flat net, by power iteration."""
         d = (self.x[self.a] - self.x[self.b]) / self.rest[:, None]
@@ -282,6 +303,21 @@ class Net:
 
 
 DAMPING = 0.001  # s, as in table_scene
+
+
+def solved(apply, right, share=1e-6):
+    """Solution of apply(y) = right by conjugate gradients."""
+    y, r = np.zeros_like(right), right.copy()
+    p, squared = r.copy(), (right**2).sum()
+    enough = share**2 * squared
+    while squared > enough:
+        q = apply(p)
+        step = squared / (p * q).sum()
+        y += step * p
+        r -= step * q
+        squared, before = (r**2).sum(), squared
+        p = r + squared / before * p
+    return y
 
 
 def shapes(options, folder):
@@ -348,6 +384,26 @@ def responses(options, folder):
                   f"{simulated[0]:.2f}, {simulated[1]:.2f} | {row['step_ratio']:.2f} | {row['deep']:.2f} | {row['repairs']:.0f} | {row['high']:.1f} | "
                   f"{row['fastest']:.2f} | {row['off']:.2f}", flush=True)
     summary_of_ratios("responses", rows, "name")
+
+
+def penalty(options, folder):
+    """One second for each stiffness; the picture is of the moment when the cloth leaves the table by 15 cm, or of the end."""
+    rows = []
+    for k in STIFFNESSES:
+        net, deep, high, fastest, shown = Net(50), 0.0, 0.0, 0.0, False
+        middle_of_it = np.hypot(net.x[:, 0], net.x[:, 1]) < 0.15
+        for step in range(60):
+            net.implicit_step(1.0 / 60.0, k)
+            deep = max(deep, 0.5 - net.x[middle_of_it, 2].min())
+            high = max(high, net.x[:, 2].max() - 0.503)
+            fastest = max(fastest, np.abs(net.v).max())
+            if not shown and (max(deep, high) > 0.15 or step == 59):
+                keep(folder, f"alone_{k:g}", net.x, net.triangles)
+                shown = True
+        rows.append({"stiffness": k, "deep": deep, "high": high, "fastest": fastest})
+        print(f"penalty of {k:g} N/m alone: middle at most {1e3 * deep:.3g} mm below the top, highest particle {1e3 * high:.3g} mm "
+              f"above the start, largest speed {fastest:.3g} m/s", flush=True)
+    record(folder, "penalty", rows)
 
 
 # -- drawing --------------------------------------------------------------------------------------
@@ -451,7 +507,8 @@ def draw_drapes(folder):
     rows += [[("nets_rectangular_59", False), ("nets_rectangular_59", True), ("limiter_none", True), ("square_none", True),
               ("step_1.1", False), ("step_0.9", False)],
              [("penalty_0.1", False), ("penalty_10000", False), ("penalty_100", False), ("position_velocity", False),
-              ("penalty_100", True), ("position_velocity", True)]]
+              ("penalty_100", True), ("position_velocity", True)],
+             [(f"alone_{k:g}", False) for k in STIFFNESSES]]
     width = max(len(row) for row in rows)
     empty = np.full((TILE, TILE, 3), 255, np.uint8)
     tiles = [np.concatenate([*(picture(folder, *cell) for cell in row), *[empty] * (width - len(row))], axis=1) for row in rows]
@@ -513,7 +570,7 @@ def refine(options, folder):
         print(f"{net}, 100 to 3,136 particles: RMS distance to 3,481 particles, % of the side: {', '.join(far)}", flush=True)
 
 
-PARTS = {"nets": nets, "limiters": limiters, "steps": steps, "shapes": shapes, "responses": responses, "refine": refine,
+PARTS = {"nets": nets, "limiters": limiters, "steps": steps, "shapes": shapes, "responses": responses, "penalty": penalty, "refine": refine,
          "draw": draw, "ji": ji}
 
 

@@ -288,6 +288,14 @@ double mean_height(const SimulationState& state, const std::vector<std::int32_t>
   return sum / static_cast<double>(of.size());
 }
 
+/// kg, of a load and of the strip that hangs with it below the axis of the cylinder.
+double hanging_mass(const Simulation& simulation, const std::vector<std::int32_t>& load,
+                    const std::vector<double>& mass) {
+  double sum = 0.0;
+  for (const std::int32_t i : load) sum += mass[i];
+  return sum - kCapstanLine * simulation.state().x[load[0]].z();
+}
+
 /// T2/T1 from the acceleration of sliding loads.
 void capstan_slide(const BenchOptions& options, double ratio, int resolution) {
   const double mu = 0.3;
@@ -303,6 +311,8 @@ void capstan_slide(const BenchOptions& options, double ratio, int resolution) {
   const int settle = 18, end = 42;
   for (int f = 1; f <= settle; ++f) simulation.advance_to_frame(f, {});
   const double up0 = speed(left), down0 = speed(right), t = (end - settle) / 60.0;
+  const double light = hanging_mass(simulation, left, mass),
+               heavy = hanging_mass(simulation, right, mass);
   double last_up = up0, last_down = down0;
   for (int f = settle + 1; f <= end; ++f) {
     simulation.advance_to_frame(f, {});
@@ -315,7 +325,9 @@ void capstan_slide(const BenchOptions& options, double ratio, int resolution) {
     }
   }
   const double up = (speed(left) - up0) / t, down = (speed(right) - down0) / t;
-  const double seen = ratio * (kGravity + down) / (kGravity + up);
+  const double left_mean = 0.5 * (light + hanging_mass(simulation, left, mass)),
+               right_mean = 0.5 * (heavy + hanging_mass(simulation, right, mass));
+  const double seen = right_mean / left_mean * (kGravity + down) / (kGravity + up);
   const double expected = std::exp(mu * std::numbers::pi);
   fmt::print(
       "capstan, loads 1:{:.2f}, {} facets: a {:.4f} {:.4f} m/s^2, T2/T1 {:.4f} ({:.4f}, {:+.2f} "

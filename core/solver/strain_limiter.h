@@ -94,7 +94,7 @@ enum class LimiterKind : std::uint8_t {
 struct LimiterTraits {
   std::string_view promise, source;
   bool bounds_strain = true;    ///< iterates until the limits hold, if the held particles permit it
-  bool of_springs = true;       ///< what it bounds is the strain of each spring
+  bool of_springs = true;       ///< it bounds the strain of each spring, not of triangles
   bool keeps_momentum = true;   ///< conserves the momentum of free particles to rounding
   bool keeps_velocity = false;  ///< moving a particle does not change its velocity
   LimiterKind kind = LimiterKind::method;

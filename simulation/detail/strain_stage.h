@@ -56,7 +56,7 @@ class StrainStage {
   /// and `inv_mass`: joint. Each sweep of the limiter is followed by one over the collisions.
   int limit_beside(const LimitStep& step, const PartedPairs& parted, std::span<Vec3> x_t1,
                    KeepFollowers keep, PhaseClock& clock);
-  /// Whether no spring at x exceeds its limit by more than the tolerance.
+  /// Whether nothing that the limiter bounds exceeds its limit at x by more than the tolerance.
   bool is_tolerated(std::span<const Vec3> x);
   /// Whether it has moved a particle since `begin`.
   bool has_moved() const { return moved_; }

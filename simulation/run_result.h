@@ -62,9 +62,8 @@ struct RestReport {
   bool at_rest = false;
   /// Root mean square over the free particles of the force that neither contacts nor the strain
   /// limiter can balance, by the weight (at 9.81 m/s²), counted by mass. Friction inside its cone
-  /// counts as balanced. After a step in which the limiter moved particles, at most what changed
-  /// their velocities: cloth that then drifts evenly below the speed of `at_rest` counts as at
-  /// rest. -1: not measured.
+  /// counts as balanced. After a step in which the limiter moved particles, at most what would have
+  /// changed their velocities without drag and damping. -1: not measured.
   double unbalanced = -1.0;
   double max_speed = 0.0;    ///< m/s, of the fastest particle in the last step
   std::int32_t vertex = -1;  ///< that particle; -1: none moves

@@ -14,12 +14,14 @@ namespace selvedge::detail {
 struct ContactForceConfig {
   /// Least normal stiffness divided by m_eff/h², dimensionless. A contact that carries q times the
   /// weight of its own particles yields by q·g·h²/normal_ratio: 2.3 µm·q at h = 1/120 s, but by at
-  /// most half of its rest gap if the first guess knows its load. Higher values make the linear
-  /// system stiffer; from 1000 on, stacks need many more solves to find which contacts carry load.
+  /// most a tenth of its rest gap (pinched cloth: half) if the first guess knows its load. Higher
+  /// values make the linear system stiffer; from 1000 on, stacks need many more solves to find
+  /// which contacts carry load.
   double normal_ratio = 300.0;
   /// Viscosity c of friction divided by m_eff/h, dimensionless. Friction that is still wrong by df
   /// after the last solve creeps by df/c: with 100, a taut strip around a cylinder creeps by
-  /// 1.5 mm/s, with 1000 by 0.01 mm/s. Higher values make the linear system stiffer.
+  /// 1.5 mm/s, with 1000 by 0.01 mm/s. Higher values make the linear system stiffer. Cloth that
+  /// bears many times its weight has more: see bearing_stick.
   double stick_ratio = 1000.0;
   /// The same in an impact. The first solves of an impact give far too high loads. Once a stiff
   /// contact sticks under such a load, its friction decreases only slowly: six sheets that landed
@@ -113,6 +115,7 @@ class ContactForce final : public Response {
     double free_share = 1.0;       // of the compliance that it would have without held particles
     double approach = 0.0;         // kg·m, m_eff·gap violation without what gravity adds to it
     bool near = false;             // it touches, or does so at the current speed
+    double one_sided = 0.0;        // 1: nothing presses its particles from another side; 0 to 1
     double load = 0.0;             // N, last estimate of λ
     double load_before = 0.0;      // N, in the last step
     bool remembers = false;        // it rested in the last step: f₀ is the friction there
@@ -127,7 +130,12 @@ class ContactForce final : public Response {
   };
   /// Sums over the contacts of a particle, by their weights.
   struct Yield {
-    double load = 0.0, stiffness = 0.0;  // N, N/m
+    double load = 0.0, known = 0.0;  // N: guessed, and at least that of the last step
+    double stiffness = 0.0;          // N/m
+    double weights = 0.0;
+    Vec3 direction = Vec3::Zero();  // the same sum over the normals
+    void add(const Entry& e, double weight);
+    double one_sided() const;
   };
   /// One contact on the line from the velocities of one solve to those of the next.
   struct LineContact {
@@ -169,7 +177,7 @@ class ContactForce final : public Response {
   void guess_force(Entry& e);
   Vec3 guessed_motion(const Entry& e) const;
   void add_guess(const Entry& e, const Vec3& impulse);
-  void bear_loads(std::span<Entry> entries);
+  void bear_loads(std::span<Entry> entries, bool rigid);
   double recovered(const ContactPoint& c) const;
   void linearise_friction(Entry& e, const Vec3& s) const;
   double update(Entry& e, std::span<const Vec3> v) const;

@@ -38,13 +38,18 @@ bool ContactFilter::rises(std::span<const std::int32_t> feature, const Vec3& q, 
 }
 
 bool ContactFilter::is_true_point_contact(const ContactPoint& c, std::span<const Vec3> x) const {
+  return is_nearest(c, relative(c, x), x);
+}
+
+bool ContactFilter::is_nearest(const ContactPoint& c, const Vec3& d,
+                               std::span<const Vec3> x) const {
   std::array<std::int32_t, 3> feature;
   std::size_t size = 0;
   for (int k = 1; k < 4; ++k)
     if (-c.weight[k] > kBorder) feature[size++] = c.vertex[k];
   if (size == 3) return true;  // inside the triangle
-  const Vec3 d = relative(c, x);
-  const Vec3 q = x[c.vertex[0]] - d;
+  Vec3 q = Vec3::Zero();
+  for (int k = 1; k < 4; ++k) q -= c.weight[k] * x[c.vertex[k]];
   return !rises(std::span(feature).first(size), q, d, kPointSlope, x);
 }
 

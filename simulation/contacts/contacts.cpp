@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace selvedge::detail {
 
@@ -41,6 +42,13 @@ constexpr double kJoinedShare = 0.1;
 
 // Share of its rest gap from which on a point is above a face rather than in front of its hem.
 constexpr double kAbove = 0.98;
+
+// Where a point moves along a surface by less than this share of the rest gap, its direction hardly
+// changes.
+constexpr double kShortWay = 1e-3;
+
+// Least cosine of the angle by which a convex surface turns under a point that slides on over it.
+constexpr double kRoundNormal = 0.5;
 
 // Found pairs per task.
 constexpr std::size_t kFoundGrain = 128;
@@ -277,6 +285,67 @@ void Contacts::turn_at_hem(ContactPoint& c) const {
   c.gap = c.normal.dot(relative(c, motion_.x_t0()));
 }
 
+// A point that slides over a curved surface leaves the plane in which it starts: against that plane
+// it would be braked by the load times half the angle by which the surface turns on its way. The
+// contact acts across the chord from where the point starts to where it arrives, as seen from the
+// body, which itself may turn. A longer way than that over which all pairs are found counts as far
+// as that. Not between bodies, which hold the point.
+void Contacts::turn_along_way(std::size_t found, ContactPoint& c) const {
+  if (c.kind != ContactKind::point_triangle || c.normal != found_[found].normal) return;
+  const Vec3 start = relative(c, motion_.x_t0());
+  const Vec3 change = relative(c, motion_.x_t1()) - start;
+  Vec3 way = change - c.normal.dot(change) * c.normal;
+  const double length = way.norm(), seen = (kProximityReach - kPointReach) * c.rest_gap;
+  if (!(length > kShortWay * c.rest_gap)) return;
+  way *= std::min(1.0, seen / length);
+  // Relative to the surface, at the height at which it starts.
+  const Vec3 there = motion_.x_t0()[c.vertex[0]] + way;
+  ContactPoint arrival;
+  arrival.gap = std::numeric_limits<double>::infinity();
+  bool between = false;
+  for_each_of_point(found, [&](std::size_t other) {
+    between = between || (joined_[other].kept && joined_[other].contact.normal.dot(c.normal) < 0.0);
+    ContactPoint d = joint(found_[other], false);
+    const auto x = vertices_of(d, motion_.x_t0());
+    const ClosestPoints closest = point_triangle_closest(there, x[1], x[2], x[3]);
+    if (!(closest.distance < arrival.gap) || !(closest.distance > 0.0)) return;
+    d.weight = closest.weight;
+    d.gap = closest.distance;
+    d.normal = closest.separation / closest.distance;
+    arrival = d;
+  });
+  if (between || !std::isfinite(arrival.gap)) return;
+  const bool convex = arrival.normal.dot(way) > 0.0;
+  if (!(arrival.normal.dot(c.normal) > (convex ? kRoundNormal : kSameNormal)) ||
+      !filter_.is_nearest(arrival, arrival.gap * arrival.normal, motion_.x_t0()))
+    return;
+  const Vec3 chord = way - (arrival.gap - c.gap) * arrival.normal;
+  const Vec3 mean = c.normal + arrival.normal;
+  c.normal = (mean - mean.dot(chord) / chord.squaredNorm() * chord).normalized();
+  turn_with_body(c);
+  c.gap = c.normal.dot(start);
+}
+
+// Turns the normal by half of what the triangle of the contact turns in the step.
+void Contacts::turn_with_body(ContactPoint& c) const {
+  const Vec3 before = face_normal(vertices_of(c, motion_.x_t0())),
+             after = face_normal(vertices_of(c, motion_.x_t1()));
+  if (before == after || !before.allFinite() || !after.allFinite()) return;
+  c.normal = Eigen::Quaterniond::FromTwoVectors(before, before + after) * c.normal;
+}
+
+// Calls visit(i) for all found pairs i of the same point.
+void Contacts::for_each_of_point(std::size_t found, auto&& visit) const {
+  const Contact& own = found_[found];
+  const auto same = [&](const Contact& other) {
+    return other.kind == own.kind && other.vertex[0] == own.vertex[0];
+  };
+  std::size_t first = found, end = found + 1;
+  while (first > 0 && same(found_[first - 1])) --first;
+  while (end < found_.size() && same(found_[end])) ++end;
+  for (std::size_t i = first; i < end; ++i) visit(i);
+}
+
 // Each pair alone, in parallel; then all pairs of one point in turn.
 void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
   joined_.resize(found_.size());
@@ -303,7 +372,10 @@ void Contacts::append_proximities(bool self, std::vector<ContactPoint>& out) {
     if (contact.kind != kind || contact.vertex[0] != point) append_group(out);
     kind = contact.kind;
     point = contact.vertex[0];
-    if (self) turn_at_hem(joined_[i].contact);
+    if (self)
+      turn_at_hem(joined_[i].contact);
+    else
+      turn_along_way(i, joined_[i].contact);
     group_.push_back(joined_[i].contact);
   }
   append_group(out);

@@ -258,17 +258,21 @@ std::vector<StepContact> Simulation::Parts::contacts_now() {
   return contacts;
 }
 
-// The share of the weight that has changed the velocities in the last step: the force that was left
-// with the reactions of contacts and of the limiter. An implicit step evaluates forces before the
-// limiter moves its end, so that cloth which the limiter brings back to the same place in every
-// step has forces there that are not in balance.
-double Simulation::Parts::accelerating_share() const {
+// The share of the weight that would have changed the velocities in the last step without drag and
+// damping: the force that was left with the reactions of contacts and of the limiter. An implicit
+// step evaluates forces before the limiter moves its end, so that cloth which the limiter brings
+// back to the same place in every step has forces there that are not in balance. `still`: N, the
+// forces without motion.
+double Simulation::Parts::accelerating_share(std::span<const Vec3> still) const {
+  std::vector<Vec3> mean(n()), force(n());
+  for (std::size_t i = 0; i < n(); ++i) mean[i] = (state.x[i] - input.x_t0[i]) / input.h;
+  methods.integrator->forces().evaluate({state.x, mean, input.particles.mass, state.time}, force);
   double sum = 0.0, all = 0.0;
   for (std::size_t i = 0; i < n(); ++i) {
     if (!(input.inv_mass[i] > 0.0)) continue;
-    const Vec3 mean = (state.x[i] - input.x_t0[i]) / input.h, &v = input.particles.v[i];
     const double mass = input.particles.mass[i];
-    sum += mass * std::max((state.v[i] - v).squaredNorm(), (mean - v).squaredNorm());
+    const Vec3 kept = input.particles.v[i] + input.h / mass * (force[i] - still[i]);
+    sum += mass * std::max((state.v[i] - kept).squaredNorm(), (mean[i] - kept).squaredNorm());
     all += mass;
   }
   return all > 0.0 ? std::sqrt(sum / all) / (input.h * detail::kGravity) : 0.0;
@@ -303,7 +307,7 @@ RestReport Simulation::Parts::rest() {
                                               .followers = input.followers},
                                              0.5 * kBalanced);
   if (stepped && methods.strain.has_moved())
-    rest.unbalanced = std::min(rest.unbalanced, accelerating_share());
+    rest.unbalanced = std::min(rest.unbalanced, accelerating_share(force));
   rest.at_rest = rest.unbalanced < kBalanced && rest.max_speed < kStill * falling_speed(built) &&
                  !(methods.untangling() || attempts.given_up);
   rest.verdict = verdict(rest, methods.names);

@@ -119,7 +119,7 @@ struct Simulation::Parts {
   bool settles() const;
   std::vector<StepContact> contacts_now();
   RestReport rest();
-  double accelerating_share() const;
+  double accelerating_share(std::span<const Vec3> still) const;
 
   // -- check_state.cpp ----------------------------------------------------------------------------
   void look_at_state();

@@ -285,33 +285,42 @@ Scene damped(Scene scene) {
 const Eigen::Quaterniond kAsItIs = Eigen::Quaterniond::Identity();
 
 // The arithmetic knows no axes: in motion that is damped, rounding decides nothing that is visible.
-// Before the solver turned with the cloth, 7 mm.
+// Before the solver turned with the cloth, 7 mm; before contacts followed the way of the cloth over
+// a curved body, 0.6 mm.
 TEST(StaticFriction, ASceneThatIsTurnedWithItsBodiesEndsTheSame) {
-  for (const Below below : {Below::box, Below::cylinder})
-    for (const Vec3& axis : kAxes) {
-      const Eigen::Quaterniond turn = quarter_turn(axis);
-      EXPECT_LT(apart(damped(fallen(below, kAsItIs)), damped(fallen(below, turn)), turn), 1e-3)
-          << static_cast<int>(below) << ", about " << axis.transpose();
-    }
+  const Scene scene = damped(fallen(Below::cylinder, kAsItIs));
+  for (const Vec3& axis : kAxes) {
+    const Eigen::Quaterniond turn = quarter_turn(axis);
+    EXPECT_LT(apart(scene, damped(fallen(Below::cylinder, turn)), turn), 1e-4) << axis.transpose();
+  }
 }
 
 // Cloth that falls freely onto a body moves so that differences grow: a turned scene, which rounds
-// otherwise, ends elsewhere, as one does that starts a hair beside. Prints both
-// (docs/response.md).
+// otherwise, ends elsewhere, as one does that starts a hair beside. So does cloth that slides off
+// the edges of a box, damped or not. Prints both (docs/response.md).
 TEST(StaticFriction, FallingClothIsAsSensitiveToATurnAsToAHair) {
-  for (const auto& [below, name] : {std::pair{Below::ball, "ball"}, std::pair{Below::box, "box"},
-                                    std::pair{Below::cylinder, "cylinder"}}) {
+  struct Case {
+    Below below;
+    bool damps;
+    const char* name;
+  };
+  for (const Case& c :
+       {Case{Below::ball, false, "ball"}, Case{Below::box, false, "box"},
+        Case{Below::cylinder, false, "cylinder"}, Case{Below::box, true, "box, damped"}}) {
+    const auto scene = [&c](const Eigen::Quaterniond& turn, double beside) {
+      const Scene falls = fallen(c.below, turn, beside);
+      return c.damps ? damped(falls) : falls;
+    };
     double turned = 0.0, beside = 0.0;
-    const Scene scene = fallen(below, kAsItIs);
     for (const Vec3& axis : kAxes) {
       const Eigen::Quaterniond turn = quarter_turn(axis);
-      turned = std::max(turned, apart(scene, fallen(below, turn), turn));
+      turned = std::max(turned, apart(scene(kAsItIs, 0.0), scene(turn, 0.0), turn));
     }
     for (const double hair : {1e-13, 2e-12, 1e-9})
-      beside = std::max(beside, apart(scene, fallen(below, kAsItIs, hair), kAsItIs));
-    std::printf("%s: turned by 90 degrees %.2f mm elsewhere, a hair beside %.2f mm\n", name,
+      beside = std::max(beside, apart(scene(kAsItIs, 0.0), scene(kAsItIs, hair), kAsItIs));
+    std::printf("%s: turned by 90 degrees %.2f mm elsewhere, a hair beside %.2f mm\n", c.name,
                 1e3 * turned, 1e3 * beside);
-    EXPECT_LT(turned, 10.0 * beside) << name;
+    EXPECT_LT(turned, 10.0 * beside) << c.name;
   }
 }
 

@@ -207,6 +207,21 @@ TEST(AtRest, ClothThatSwingsAtItsStrainLimitIsNot) {
   }
 }
 
+// A sheet at its strain limit, and one that sinks at 2 mm/s because the air is as thick as honey.
+TEST(AtRest, ClothThatSinksEvenlyBesideALimiterIsNot) {
+  Scene scene = hung("position");
+  ClothSpec& free = scene.cloths.emplace_back(scene.cloths[0]);
+  free.name = "free";
+  free.placement.translation = Vec3(0.0, 1.0, 0.0);
+  const double speed = 0.002, density = scene.materials["default"].density;
+  scene.air.viscous_drag = density * kGravity / speed;
+  Simulation simulation(scene);
+  for (int frame = 1; frame <= 120; ++frame) {
+    simulation.advance_to_frame(frame);
+    EXPECT_GT(simulation.rest().unbalanced, 0.5) << frame;
+  }
+}
+
 TEST(AtRest, QuasiStaticStepsReachTheEquilibriumOfADrape) {
   const Scene scene = drape("quasi_static");
   Simulation simulation(scene);
@@ -216,7 +231,7 @@ TEST(AtRest, QuasiStaticStepsReachTheEquilibriumOfADrape) {
   EXPECT_TRUE(rest.at_rest) << rest.verdict;
   EXPECT_TRUE(simulation.result().clean);
   const double static_steps = simulation.result().counters.at("quasi_static_steps");
-  EXPECT_GT(static_steps, 10.0);
+  EXPECT_GT(static_steps, 5.0);
   // Going on, it stays where it is.
   const std::vector<Vec3> x(simulation.positions().begin(), simulation.positions().end());
   simulation.advance_to_frame(frames + 30);

@@ -76,7 +76,8 @@ TEST(Grips, JawsThatCloseCompletelyHardlyStretchWhatTheyPinch) {
   }
 }
 
-// A rim that slides over cloth must not push it along, nor a surface that cloth leaves keep it.
+// A rim that slides over cloth must not push it along, nor a surface that cloth leaves keep it. A
+// step is repeated from 1.25 times the strain limit.
 TEST(Grips, JawsThatShearWithEqualFrictionDoNotTearCloth) {
   for (const unsigned seed : {3U, 23U})
     for (const double share : {-0.35, 0.35}) {
@@ -93,7 +94,7 @@ TEST(Grips, JawsThatShearWithEqualFrictionDoNotTearCloth) {
       EXPECT_EQ(outcome.stopped, "");
       EXPECT_TRUE(outcome.result.clean_elsewhere);
       EXPECT_EQ(outcome.result.tangle.pairs, 0) << seed << ", " << share;
-      EXPECT_LT(outcome.stretch, 0.105) << seed << ", " << share;
+      EXPECT_LT(outcome.stretch, 1.25 * 0.1) << seed << ", " << share;
     }
 }
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace selvedge::rest_test {
 namespace {
@@ -134,13 +135,13 @@ struct Capstan {
 
 constexpr double kCapstanLoad = 0.01;  // kg, on the left
 
-Capstan capstan(double ratio, int along) {
+Capstan capstan(double ratio, int along, int facets = 64, double friction = 0.3) {
   Capstan c;
   c.scene = scene_on(Cylinder{0.1, 0.3});
   c.scene.contact.self = false;
   c.scene.materials["default"] = {0.02, 2000.0, 20.0, 1e-7};
-  c.scene.bodies[0].shape = BodyShape{Cylinder{0.1, 0.3}, 64};
-  c.scene.bodies[0].friction = 0.3;
+  c.scene.bodies[0].shape = BodyShape{Cylinder{0.1, 0.3}, facets};
+  c.scene.bodies[0].friction = friction;
   c.scene.bodies[0].placement.rotation = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX());
   constexpr int kAcross = 2;
   constexpr double kRadius = 0.1021, kHalf = 0.5 * std::numbers::pi * kRadius;
@@ -177,10 +178,17 @@ TEST(Rest, AStripAroundACylinderHoldsTheLoadsOfACapstan) {
   EXPECT_GT(way_of_the_heavier_load(3.0), 0.02);
 }
 
-// Cloth finer than the facets of the body that it slides over: its corners shake it. Steps that
-// gained energy by that kept the load bouncing, which took 45 % of the friction.
-TEST(Rest, AStripPulledOverCoarseFacetsFeelsTheFrictionOfACapstan) {
-  Capstan c = capstan(1.0, 120);
+// The pull by the load: with the weight of the strip, around the cylinder and on the side of the
+// load less that on the other. `moved`: m, by the ends when the pull is measured.
+double right_pull(double mu, double moved) {
+  constexpr double kLine = 0.02 * 0.02 / kCapstanLoad, kEnd = 0.15;  // 1/m, m
+  const double grows = std::exp(mu * std::numbers::pi);
+  const double around = 2.0 * mu / (1.0 + mu * mu) * kLine * 0.1021 * (grows + 1.0);
+  return grows * (1.0 + kLine * (kEnd - moved)) + around - kLine * (kEnd + moved);
+}
+
+// The pull that draws the strip at 20 mm/s, by the load that hangs on its other end.
+double pull_by_load(Capstan c) {
   Keyframe end;
   end.time = 2.0;
   end.translation = Vec3(0.0, 0.0, -0.02 * end.time);
@@ -193,8 +201,50 @@ TEST(Rest, AStripPulledOverCoarseFacetsFeelsTheFrictionOfACapstan) {
     run_to(simulation, frame, frame);
     pull += simulation.frame_wrenches().handles[0].force.z() / 60.0;
   }
-  // The load on the right pulls with the handle.
-  EXPECT_NEAR(pull / (kCapstanLoad * kGravity) + 1.0, std::exp(0.3 * std::numbers::pi), 0.06);
+  return pull / (kCapstanLoad * kGravity) + 1.0;  // the load on the right pulls with the handle
+}
+
+// Finer and coarser than the facets of the cylinder, whose corners shake a fine strip. Contacts
+// that yielded by half of the rest gap took 2 % more than friction does.
+TEST(Rest, AStripPulledAroundACylinderFeelsTheFrictionOfACapstan) {
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> facets(48, 256), cells(80, 240);
+  std::uniform_real_distribution<double> frictions(0.1, 0.4);
+  for (int draw = 0; draw < 6; ++draw) {
+    const int facet = facets(random), cell = cells(random);
+    const double mu = frictions(random);
+    const double right = right_pull(mu, 0.03);
+    EXPECT_NEAR(pull_by_load(capstan(1.0, cell, facet, mu)), right, 0.01 * right)
+        << facet << " facets, " << cell << " cells, friction " << mu;
+  }
+}
+
+// The same where the strip is held and the cylinder turns under it.
+double hold_by_load(Capstan c, double speed) {
+  BodySpec& cylinder = c.scene.bodies[0];
+  for (int k = 0; k <= 8; ++k) {
+    Keyframe& key = cylinder.motion.emplace_back();
+    key.time = 0.25 * k;
+    key.rotation = Eigen::AngleAxisd(-speed / 0.1 * key.time, Vec3::UnitY());
+  }
+  c.built.bodies = build_scene(c.scene).bodies;
+  c.scene.handles.push_back({"hold", "strip", c.right, {}, {}});
+  Simulation simulation(c.scene, std::move(c.built));
+  simulation.measure_wrenches(true);
+  run_to(simulation, 1, 60);
+  double force = 0.0;
+  for (int frame = 61; frame <= 120; ++frame) {
+    run_to(simulation, frame, frame);
+    force += simulation.frame_wrenches().handles[0].force.z() / 60.0;
+  }
+  return force / (kCapstanLoad * kGravity) + 1.0;
+}
+
+// Fast, an edge that turns within a step seems too short (docs/lab/response.md).
+TEST(Rest, ACylinderThatTurnsUnderAStripFeelsTheFrictionOfACapstan) {
+  const double right = right_pull(0.3, 0.0);
+  EXPECT_NEAR(hold_by_load(capstan(1.0, 120, 128), 0.05), right, 0.01 * right);
+  EXPECT_NEAR(hold_by_load(capstan(1.0, 120, 128), 0.3), right, 0.03 * right);
 }
 
 // Sheets that hit a plate at once at 10 m/s: with a friction of 0.3 each loses 3 m/s sideways,

@@ -30,6 +30,8 @@ class ContactFilter {
   /// Point and triangle (vertex 0 and vertices 1 to 3): whether the closest point of the triangle
   /// is a local minimum over its surface.
   bool is_true_point_contact(const ContactPoint& c, std::span<const Vec3> x) const;
+  /// The same for the point at `d`, m, from the one that the weights of the triangle state.
+  bool is_nearest(const ContactPoint& c, const Vec3& d, std::span<const Vec3> x) const;
   /// Two edges: the same for the closest points of both, up to a slope.
   bool is_true_edge_contact(const ContactPoint& c, std::span<const Vec3> x) const;
 

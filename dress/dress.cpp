@@ -226,6 +226,11 @@ std::optional<BodyLandmarks> landmarks_of(const TriangleMesh& body) {
   }
 }
 
+/// The x that parts left from right, m.
+double middle_of(const BodyLandmarks& landmarks) {
+  return (landmarks.bust.middle.x() + landmarks.waist.middle.x() + landmarks.hips.middle.x()) / 3.0;
+}
+
 /// Refuses a pattern beside the body, or moves it to its place.
 void find_origin(GarmentMesh& panels, bool is_fitted, DressResult& result) {
   const detail::OriginFit fit = detail::fit_origin(panels, result.body);
@@ -467,7 +472,9 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   const std::vector<detail::BodyZone> zones = detail::body_zones(result.body);
   const std::vector<detail::PanelPlace> places =
       detail::panel_places(start, result.panel_names.size(), neck_height(zones));
-  const detail::Dressing dressing{result.body, config, methods, observer, deadline};
+  const std::optional<double> middle =
+      landmarks ? std::optional(middle_of(*landmarks)) : std::nullopt;
+  const detail::Dressing dressing{result.body, config, methods, observer, deadline, middle};
   detail::Garment garment = sewn(start, dressing, result);
   close_up(garment, dressing, result);
   draw_and_settle(garment, start, places, dressing, result);
@@ -488,7 +495,7 @@ DressResult dress(const SewingPattern& pattern, const TriangleMesh& body, const 
   report_under(garment, result);
   report_drops(start, garment, places, result);
   report_garment(garment, body, result);
-  detail::measure_worn(start, garment, result);
+  detail::measure_worn(start, garment, middle, result);
   if (landmarks) detail::measure_openings(start, garment, *landmarks, result);
   detail::measure_fit(zones, result);
   if (!config.motion.poses.empty()) {

@@ -242,8 +242,8 @@ struct DressResult {
   TightPlace tight;
   double folded = 0.0;               ///< share of the area that lies folded over itself
   std::vector<double> panel_folded;  ///< the same of each panel
-  /// m, mean distance of the corners of a panel from the mirror images of their partners, the
-  /// largest of all panels; -1: the pattern is not its own mirror image
+  /// m, mean distance of the corners of a panel from the mirror images of their partners, about the
+  /// middle of the body, the largest of all panels; -1: the pattern is not its own mirror image
   double asymmetry = -1.0;
   std::int32_t asymmetric_panel = -1;
   /// Openings that a hand passes through, and panels that lie elsewhere. Empty unless the body has

@@ -339,6 +339,7 @@ Garment start_garment(const GarmentMesh& mesh, std::span<const WornGarment> unde
   std::iota(garment.corner.begin(), garment.corner.end(), 0);
   garment.panel_of_triangle = mesh.panel_of_triangle;
   garment.mirrored = mesh.mirrored;
+  garment.image = mesh.image;
   garment.folds = mesh.folds;
   garment.elastics = mesh.elastics;
   garment.panel_fabrics = mesh.panel_fabrics;

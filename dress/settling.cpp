@@ -2,9 +2,9 @@
 //
 // Settling: the sewn garment under gravity and friction, until it is at rest. Pairs that are near
 // but could not merge, because something was in the way, are pulled on and merge as soon as they
-// can.
+// can. A garment that is its own mirror image is first kept straight, as hands do it.
 #include <fmt/format.h>
-#include <selvedge/dress/detail/dressing.h>
+#include <selvedge/dress/detail/pulls.h>
 #include <selvedge/simulation/run_result.h>
 #include <selvedge/simulation/step_report.h>
 
@@ -17,7 +17,8 @@
 namespace selvedge::detail {
 namespace {
 
-constexpr double kMergeShare = 1.2;  // of the spacing of a seam, where its pairs merge
+constexpr double kMergeShare = 1.2;    // of the spacing of a seam, where its pairs merge
+constexpr double kStraightTime = 2.0;  // s, for which a garment is kept straight, at most
 
 /// The states of a time window, and the motion in it.
 class MotionWindow {
@@ -95,7 +96,9 @@ class Settling {
         result_(result),
         window_(config_.rest.window, config_.fps),
         is_holding_(phase == DressPhase::settle && config_.hold_time > 0.0 &&
-                    !garment.held.empty()) {
+                    !garment.held.empty()),
+        straightening_(garment, dressing),
+        is_straightening_(phase == DressPhase::settle) {
     open();
   }
 
@@ -117,11 +120,17 @@ class Settling {
                                  .merge = kMergeShare};
     scene_ =
         std::make_unique<DressScene>(make_dress_scene(garment_, dressing_.body, config_, settings));
+    pulls_.clear();
+    if (is_straightening_) straightening_.add_pulls(garment_, pulls_);
+    is_straightening_ = !pulls_.empty();
+    methods_ = is_straightening_ ? with_pulls(dressing_.methods, pulls_) : dressing_.methods;
     try {
-      simulation_ = start_simulation(*scene_, dressing_);
+      simulation_ = start_simulation(
+          *scene_, {dressing_.body, config_, methods_, dressing_.observer, dressing_.deadline});
     } catch (const std::invalid_argument& error) {
       throw DressFailed(fmt::format("phase {}: {}", phase_name(phase_), error.what()));
     }
+    if (is_straightening_) straightening_.aim(simulation_->positions(), pulls_);
     frame_of_simulation_ = 0;
     if (is_holding_) hold();
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, phase_);
@@ -146,6 +155,17 @@ class Settling {
     is_holding_ = false;
     simulation_->release_all();
     window_.clear();
+    result_.at_rest = false;
+  }
+
+  /// Lets a garment hang as it wants that was kept straight until it rested.
+  void stop_straightening() {
+    straight_s_ += 1.0 / config_.fps;
+    straightening_.aim(simulation_->positions(), pulls_);
+    if (!result_.at_rest && straight_s_ < kStraightTime) return;
+    is_straightening_ = false;
+    take_state(*simulation_, garment_);
+    reopen();
     result_.at_rest = false;
   }
 
@@ -183,6 +203,7 @@ class Settling {
                       result_.max_speed <= rest.max_speed &&
                       result_.energy_share <= rest.energy_share;
     if (is_holding_) release_when_settled();
+    if (is_straightening_) stop_straightening();
     if (dressing_.observer.frame)
       dressing_.observer.frame(*simulation_, phase_, result_.sew_time + result_.settle_time);
   }
@@ -209,6 +230,11 @@ class Settling {
   DressResult& result_;
   MotionWindow window_;
   bool is_holding_;  // the edges with a label
+  Straightening straightening_;
+  std::vector<Pull> pulls_;
+  Methods methods_;
+  bool is_straightening_;
+  double straight_s_ = 0.0;  // s, since it began
   std::unique_ptr<DressScene> scene_;
   std::unique_ptr<Simulation> simulation_;
   int frame_of_simulation_ = 0;

@@ -85,6 +85,7 @@ void split_garment(const SewingPattern& pattern, Garment& garment) {
   for (const auto& [a, b] : flat_middles.ends())
     corner.push_back(middles.of(garment.corner[a], garment.corner[b]));
   garment.corner = std::move(corner);
+  garment.image.clear();
   std::vector<std::int32_t> panels;
   for (const std::int32_t panel : garment.panel_of_triangle) panels.insert(panels.end(), 4, panel);
   garment.panel_of_triangle = std::move(panels);

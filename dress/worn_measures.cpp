@@ -170,7 +170,8 @@ double middle_of(const Corners& corners, const std::vector<std::size_t>& partner
 
 /// The mean over the corners of a panel of how far each is from the mirror image of its partner;
 /// the largest of all panels. -1 for a pattern that is not its own mirror image.
-void measure_asymmetry(const Garment& start, const Garment& worn, DressResult& r) {
+void measure_asymmetry(const Garment& start, const Garment& worn, std::optional<double> body_middle,
+                       DressResult& r) {
   const Corners corners = corners_of(start, worn, r);
   if (corners.placed.empty()) return;
   double low = corners.placed[0].x(), high = low;
@@ -180,7 +181,7 @@ void measure_asymmetry(const Garment& start, const Garment& worn, DressResult& r
   }
   const std::vector<std::size_t> partner = partners(corners, 0.5 * (low + high));
   if (partner.empty()) return;
-  const double middle = middle_of(corners, partner);
+  const double middle = body_middle ? *body_middle : middle_of(corners, partner);
   std::vector<double> sum(r.panel_names.size(), 0.0), count(r.panel_names.size(), 0.0);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const auto p = static_cast<std::size_t>(corners.panel[i]);
@@ -250,7 +251,8 @@ Girth girth_at(const TriangleMesh& garment, const TriangleMesh& flat, const Tria
   return {};
 }
 
-void measure_worn(const Garment& start, const Garment& worn, DressResult& r) {
+void measure_worn(const Garment& start, const Garment& worn, std::optional<double> middle,
+                  DressResult& r) {
   r.panel_folded = folded_areas(r.garment, r.panel_of_triangle, r.body, r.panel_names.size());
   std::vector<double> area(r.panel_names.size(), 0.0);
   for (std::size_t i = 0; i < r.flat.triangles.size(); ++i)
@@ -259,7 +261,7 @@ void measure_worn(const Garment& start, const Garment& worn, DressResult& r) {
   const double all = std::accumulate(area.begin(), area.end(), 0.0);
   for (std::size_t p = 0; p < area.size(); ++p) r.folded += r.panel_folded[p] * area[p] / all;
   measure_tight(r.body, r);
-  measure_asymmetry(start, worn, r);
+  measure_asymmetry(start, worn, middle, r);
 }
 
 }  // namespace selvedge::detail

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/check.h>
+#include <selvedge/garment/detail/mirror_mesh.h>
 #include <selvedge/garment/detail/panel_quality.h>
 #include <selvedge/garment/detail/pattern_names.h>
 #include <selvedge/garment/detail/short_edges.h>
@@ -9,8 +10,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 
 namespace selvedge {
@@ -108,11 +111,26 @@ class OuterSides {
   std::vector<std::int32_t> one_sided_;
 };
 
+/// Between the least and the greatest x of its corners as they stand, m.
+double middle_of(const SewingPattern& pattern) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const PatternPanel& panel : pattern.panels)
+    for (const Vec2& v : panel.vertices) {
+      const double x = place_point(panel, v).x();
+      low = std::min(low, x);
+      high = std::max(high, x);
+    }
+  return 0.5 * (low + high);
+}
+
 class GarmentMesher {
  public:
   GarmentMesher(const SewingPattern& pattern, const PanelMeshConfig& config,
                 const detail::ShortEdges& short_edges)
-      : pattern_(pattern), config_(config), short_edges_(short_edges) {}
+      : pattern_(pattern),
+        config_(config),
+        short_edges_(short_edges),
+        middle_(middle_of(pattern)) {}
 
   GarmentMesh run() {
     mesh_.name = pattern_.name;
@@ -160,7 +178,8 @@ class GarmentMesher {
     PanelOutline outline{std::move(loop), 0, {}};
     outline.sides = outline.points.size();
     add_lines(p, pieces, outline);
-    const PolygonMesh polygon = mesh_panel(panel, outline);
+    meshed_.push_back(mesh_panel(panel, std::move(outline)));
+    const PolygonMesh& polygon = meshed_.back().mesh;
     mesh_.first_vertex.push_back(first);
     mesh_.first_triangle.push_back(count_of(mesh_.flat.triangles));
     mesh_.panel_names.push_back(panel.name);
@@ -192,7 +211,33 @@ class GarmentMesher {
     }
   }
 
-  PolygonMesh mesh_panel(const PatternPanel& panel, const PanelOutline& outline) const {
+  /// A panel that is its own mirror image, or that of one before it, gets such a mesh.
+  detail::MeshedPanel mesh_panel(const PatternPanel& panel, PanelOutline outline) {
+    detail::MeshedPanel meshed{std::move(outline), {}, {}};
+    for (const Vec2& p : meshed.outline.loop()) meshed.placed.push_back(place_point(panel, p));
+    const Vec2 across = (panel.rotation.transpose() * Vec3::UnitX()).head<2>();
+    std::optional<detail::MirrorMesh> made =
+        detail::mesh_of_halves(meshed.outline, across, config_);
+    if (!made)
+      made = detail::mesh_of_image(meshed.outline, meshed.placed, meshed_, middle_, config_);
+    if (made) {
+      add_image(*made);
+      meshed.mesh = std::move(made->mesh);
+    } else {
+      meshed.mesh = mesh_alone(panel, meshed.outline);
+      mesh_.image.resize(mesh_.image.size() + meshed.mesh.vertices.size(), -1);
+    }
+    return meshed;
+  }
+
+  void add_image(const detail::MirrorMesh& made) {
+    const std::int32_t first = count_of(mesh_.image),
+                       of = made.panel < 0 ? first : mesh_.first_vertex[made.panel];
+    for (const std::int32_t v : made.image) mesh_.image.push_back(of + v);
+    for (std::int32_t v = first; v < count_of(mesh_.image); ++v) mesh_.image[mesh_.image[v]] = v;
+  }
+
+  PolygonMesh mesh_alone(const PatternPanel& panel, const PanelOutline& outline) const {
     try {
       return mesh_outline(outline, config_);
     } catch (const std::invalid_argument& error) {
@@ -329,6 +374,8 @@ class GarmentMesher {
   const PanelMeshConfig& config_;
   const detail::ShortEdges& short_edges_;
   GarmentMesh mesh_;
+  std::vector<detail::MeshedPanel> meshed_;
+  double middle_;  // m, x of the plane in which panels may be mirror images
   double next_x_ = 0.0;
 };
 

@@ -39,6 +39,9 @@ struct GarmentMesh {
   TriangleMesh flat;
   std::vector<Vec3> placed;  ///< the same vertices as the panels stand in space, m
   std::vector<std::int32_t> panel_of_vertex, panel_of_triangle;
+  /// Of each vertex, the one that is its mirror image, left and right (along x) exchanged; -1 in a
+  /// panel that is the mirror image neither of itself nor of another one.
+  std::vector<std::int32_t> image;
   /// Per panel: index of its first vertex and first triangle, and one past those of the last panel.
   std::vector<std::int32_t> first_vertex, first_triangle;
   std::vector<std::string> panel_names;
@@ -88,7 +91,8 @@ struct GarmentMesh {
 /// equally spaced along each curve, so a longer side is gathered evenly. Edges far below the edge
 /// length are joined with their neighbours, as a note says. No triangle has two sides
 /// on the border of its panel, so that sewing never makes two triangles with the same vertices at a
-/// corner. The same bits for the same input. Throws std::invalid_argument as check_sewing_pattern
+/// corner. Panels that are mirror images of themselves or of each other, as they stand, get such
+/// meshes. The same bits for the same input. Throws std::invalid_argument as check_sewing_pattern
 /// does, for a bad field of the config, and if a border crosses itself at this edge length.
 GarmentMesh mesh_garment(const SewingPattern& pattern, const PanelMeshConfig& config = {});
 

@@ -11,6 +11,7 @@
 #include <selvedge/simulation/simulation.h>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -68,9 +69,10 @@ struct Garment {
   std::vector<DividedFold> folds;
   std::vector<DividedElastic> elastics;
   std::vector<std::string> panel_fabrics;
-  std::vector<char> mirrored;      ///< per panel: `flat` mirrors the plane of the pattern
-  std::vector<std::int32_t> held;  ///< vertices of `flat` on edges that a label holds
-  std::vector<UnderLayer> under;   ///< as cloth, their vertices follow those of the garment
+  std::vector<char> mirrored;         ///< per panel: `flat` mirrors the plane of the pattern
+  std::vector<std::int32_t> image{};  ///< GarmentMesh::image, until triangles are split
+  std::vector<std::int32_t> held;     ///< vertices of `flat` on edges that a label holds
+  std::vector<UnderLayer> under;      ///< as cloth, their vertices follow those of the garment
 
   /// Whether a choice includes stitch `s`.
   bool is_chosen(std::size_t s, SeamChoice choice) const;
@@ -142,6 +144,7 @@ struct Dressing {
   const Methods& methods;
   const DressObserver& observer;
   const Deadline& deadline;
+  std::optional<double> middle{};  ///< m, x between left and right of a person; none: no person
 };
 
 /// Its simulation, which takes what is built over; merge_closed merges the seams.
@@ -218,7 +221,8 @@ struct PanelPlace {
 /// Of each panel of a garment before the sewing. The highest panels around the trunk have no shift.
 /// A panel whose middle is above `neck`, m, such as a hood, is not one of these.
 std::vector<PanelPlace> panel_places(const Garment& start, std::size_t panels, double neck);
-/// Pulls a sewn garment along its panels to their places; `start` is the garment before the sewing.
+/// Pulls a sewn garment along its panels to their places, and one that is its own mirror image
+/// straight on a person; `start` is the garment before the sewing.
 void draw_into_place(Garment& garment, const Garment& start, const std::vector<PanelPlace>& places,
                      const Dressing& dressing, DressResult& result);
 /// Lets the garment come to rest.

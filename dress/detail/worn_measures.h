@@ -9,8 +9,10 @@
 namespace selvedge::detail {
 
 /// Fills folded, panel_folded, tight, and asymmetry of a result that has its garment and its body.
-/// `start` and `worn` are the garment before the sewing and now.
-void measure_worn(const Garment& start, const Garment& worn, DressResult& result);
+/// `start` and `worn` are the garment before the sewing and now; `middle` is the x of a person
+/// between left and right, m, else that of the pattern counts.
+void measure_worn(const Garment& start, const Garment& worn, std::optional<double> middle,
+                  DressResult& result);
 
 /// Share of the area of each panel that lies over itself: another layer of the same panel with the
 /// opposite face is within 5 mm along the outward normal of the body.

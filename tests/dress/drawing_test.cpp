@@ -99,6 +99,47 @@ TEST(Drawing, AGarmentThatSlidUpIsDrawnDown) {
   EXPECT_LT(off / static_cast<double>(start.surface.vertices.size()), 0.015);
 }
 
+/// Mean distance of the vertices from the mirror images of their images in x = 0, m.
+double one_sided(const detail::Garment& garment) {
+  double sum = 0.0;
+  const std::vector<Vec3>& x = garment.surface.vertices;
+  for (std::size_t v = 0; v < garment.image.size(); ++v) {
+    const Vec3& image = x[garment.corner[garment.image[v]]];
+    sum += (x[garment.corner[v]] - Vec3(-image.x(), image.y(), image.z())).norm();
+  }
+  return sum / static_cast<double>(garment.image.size());
+}
+
+TEST(Drawing, AGarmentThatLiesAskewIsPulledStraightOnAPerson) {
+  const SewingPattern pattern = tube(0.6, 0.3, 0.32);
+  const detail::Garment start = start_of(pattern);
+  EXPECT_LT(one_sided(start), 1e-9);
+  const TriangleMesh body = cone(0.1, 0.3);
+  const Methods methods;
+  DressConfig config;
+  config.edge_length = 0.04;
+  const DressObserver observer;
+  const detail::Deadline deadline(1e9);
+  for (const bool is_person : {true, false}) {
+    detail::Garment garment = start;
+    const double c = std::cos(0.15), s = std::sin(0.15);
+    for (Vec3& x : garment.surface.vertices)
+      x = Vec3(c * x.x() - s * x.y() + 0.02, s * x.x() + c * x.y(), x.z());
+    const double before = one_sided(garment);
+    EXPECT_GT(before, 0.04);
+    DressResult result = empty_result(pattern.stitches.size());
+    detail::draw_into_place(
+        garment, start, detail::panel_places(start, 2, kNoNeck),
+        {body, config, methods, observer, deadline, is_person ? std::optional(0.0) : std::nullopt},
+        result);
+    EXPECT_TRUE(result.clean);
+    if (is_person)
+      EXPECT_LT(one_sided(garment), 0.25 * before);
+    else
+      EXPECT_GT(one_sided(garment), 0.8 * before) << "a table has no left and right";
+  }
+}
+
 /// The garment with all pairs of its stitches merged, but for pair `open` of the first one.
 detail::Garment merged(const detail::Garment& start, std::size_t open) {
   detail::Garment garment = start;

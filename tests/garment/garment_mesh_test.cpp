@@ -394,6 +394,86 @@ void expect_surface_when_sewn(const GarmentMesh& mesh) {
     }
 }
 
+/// A pattern whose panels stand as mirror images of themselves or of each other has a mesh that is
+/// its own mirror image: each triangle is the image of one.
+void expect_mirror_image(const GarmentMesh& mesh, double middle) {
+  ASSERT_EQ(mesh.image.size(), mesh.placed.size());
+  std::set<Triangle> triangles;
+  const auto put = [](Triangle t) {
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    return t;
+  };
+  for (const Triangle& t : mesh.flat.triangles) triangles.insert(put(t));
+  for (std::int32_t v = 0; v < static_cast<std::int32_t>(mesh.image.size()); ++v) {
+    const std::int32_t image = mesh.image[v];
+    ASSERT_GE(image, 0) << "panel " << mesh.panel_names[mesh.panel_of_vertex[v]];
+    EXPECT_EQ(mesh.image[image], v);
+    const Vec3& x = mesh.placed[v];
+    EXPECT_LT((Vec3(2.0 * middle - x.x(), x.y(), x.z()) - mesh.placed[image]).norm(), 1e-6);
+  }
+  for (const auto& [a, b, c] : mesh.flat.triangles)
+    EXPECT_TRUE(triangles.contains(put({mesh.image[a], mesh.image[c], mesh.image[b]})));
+}
+
+TEST(GarmentMesh, OfASymmetricPatternIsItsOwnMirrorImage) {
+  SewingPattern pattern = skirt();
+  for (const double length : {0.1, 0.05, 0.03, 0.02, 0.013, 0.01}) {
+    SCOPED_TRACE(length);
+    const GarmentMesh mesh = mesh_garment(pattern, {.edge_length = length});
+    expect_sound(pattern, mesh);
+    expect_surface_when_sewn(mesh);
+    expect_mirror_image(mesh, 0.0);
+    EXPECT_GT(mesh.quality.least_angle, 20.0 * kDegree);
+  }
+  // Corners in other places, and narrow panels of one to five rows.
+  for (const double height : {10.0, 17.0, 30.0, 60.0}) {
+    pattern = skirt();
+    for (PatternPanel& panel : pattern.panels) {
+      for (PatternEdge& edge : panel.edges) edge.curve = {};
+      panel.vertices[2].y() = panel.vertices[3].y() = height / 300.0;
+    }
+    const GarmentMesh mesh = mesh_garment(pattern, {.edge_length = 0.02});
+    expect_sound(pattern, mesh);
+    expect_surface_when_sewn(mesh);
+    if (height > 16.0) expect_mirror_image(mesh, 0.0);
+  }
+}
+
+TEST(GarmentMesh, PanelsThatMirrorEachOtherHaveMirroredMeshes) {
+  // Halves of the panels of a skirt, beside a middle that is not x = 0; the right ones begin their
+  // loops elsewhere, and those of the back run the other way.
+  constexpr double kMiddle = 0.07;
+  const SewingPattern whole = skirt();
+  SewingPattern pattern;
+  pattern.name = "halves";
+  for (const bool is_back : {false, true})
+    for (const double side : {1.0, -1.0}) {
+      PatternPanel panel = whole.panels[is_back ? 1 : 0];
+      panel.name += side > 0.0 ? "_left" : "_right";
+      panel.vertices = {{0.0, 0.0}, {side * 0.4, 0.0}, {side * 0.22, 0.5}, {side * 0.02, 0.46}};
+      panel.edges.clear();
+      for (std::int32_t i = 0; i < 4; ++i) {
+        const std::int32_t from = side > 0.0 ? i : (i + 2) % 4;
+        panel.edges.push_back({{from, (from + 1) % 4}, {}, ""});
+      }
+      panel.translation.x() = kMiddle + side * 0.01;
+      pattern.panels.push_back(panel);
+    }
+  using Direction = PatternStitch::Direction;
+  pattern.stitches = {{{0, 1}, {2, 1}, Direction::start_to_start},
+                      {{1, 3}, {3, 3}, Direction::start_to_start}};
+  for (const double length : {0.05, 0.02, 0.011}) {
+    SCOPED_TRACE(length);
+    const GarmentMesh mesh = mesh_garment(pattern, {.edge_length = length});
+    expect_sound(pattern, mesh);
+    expect_mirror_image(mesh, kMiddle);
+  }
+  pattern.panels[1].vertices[2].y() += 0.004;
+  const GarmentMesh other = mesh_garment(pattern, {.edge_length = 0.02});
+  expect_sound(pattern, other);
+  EXPECT_EQ(other.image[static_cast<std::size_t>(other.first_vertex[1])], -1) << "no longer alike";
+}
+
 TEST(GarmentMesh, IsAnOrientedSurfaceWhenSewn) {
   for (const double length : {0.04, 0.02, 0.01}) {
     expect_surface_when_sewn(mesh_garment(bodice(), {.edge_length = length}));

@@ -356,7 +356,8 @@ class PatternCheck {
     std::vector<char> is_wrong(pattern_.panels.size(), 1);
     for (std::int32_t s = 0; s < size_of(directions); ++s) {
       const PatternStitch& stitch = pattern_.stitches[s];
-      if (stitch.a.panel == stitch.b.panel) continue;
+      // A panel may lie on either side of a line.
+      if (stitch.a.panel == stitch.b.panel || pattern_.is_on_a_line(stitch)) continue;
       const bool is_twisted =
           directions[s].twisted && directions[s].reason == SeamDirection::Reason::file;
       for (const std::int32_t p : {stitch.a.panel, stitch.b.panel})

@@ -185,6 +185,34 @@ DrawnPattern pleated(std::vector<DrawnPleat> pleats, std::int32_t fold) {
   return drawn;
 }
 
+TEST(SeamTypes, APanelWithAPocketThatRunsTheWrongWayIsNamed) {
+  SewingPattern pattern = parse_sewing_pattern(file_of(kLines, ""), "file");
+  const std::size_t f = pattern.panels[0].name == "front" ? 0 : 1;
+  PatternPanel pocket = pattern.panels[f];
+  pocket.name = "pocket";
+  pocket.vertices = {{-0.1, 0.1}, {0.1, 0.1}, {0.1, 0.25}, {-0.1, 0.25}};
+  pocket.lines.clear();
+  pocket.translation += 0.02 * pocket.rotation.col(2);
+  pattern.panels.push_back(pocket);
+  const auto front = static_cast<std::int32_t>(f);
+  for (const auto& [edge, line] : {std::pair{0, 4}, {1, 5}, {3, 6}})
+    pattern.stitches.push_back({{2, edge}, {front, line}});
+  EXPECT_NO_THROW(check_sewing_pattern(pattern));
+  for (PatternStitch& stitch : pattern.stitches)
+    for (PatternStitch::Side* side : {&stitch.a, &stitch.b})
+      if (side->panel == front && side->edge < 4) side->edge = 3 - side->edge;
+  std::vector<PatternEdge>& edges = pattern.panels[f].edges;
+  std::reverse(edges.begin(), edges.end());
+  for (PatternEdge& edge : edges) std::swap(edge.endpoints[0], edge.endpoints[1]);
+  try {
+    check_sewing_pattern(pattern);
+    FAIL() << "its side seams are twisted";
+  } catch (const std::invalid_argument& fault) {
+    EXPECT_NE(std::string(fault.what()).find("panel \"front\" runs clockwise"), std::string::npos)
+        << fault.what();
+  }
+}
+
 TEST(SeamTypes, APleatTakesTwiceItsDepthOutOfItsEdge) {
   for (const bool to_end : {false, true}) {
     const SewingPattern sewn = as_sewn(

@@ -412,5 +412,42 @@ TEST_F(SceneFile, ABadMeshIsRefusedWithThePlaceInTheScene) {
       "same vertices and triangles");
 }
 
+/// Stiffness of the springs of a piece along a direction of space, over that across it.
+double stiffness_ratio(const BuiltScene& built, std::size_t piece, const Vec3& along,
+                       const Vec3& across) {
+  double warp = 0.0, weft = 0.0;
+  for (const Spring& spring : built.cloth.springs) {
+    if (spring.a < built.piece_begin[piece] || spring.a >= built.piece_begin[piece + 1]) continue;
+    const Vec3 way =
+        (built.cloth.surface.vertices[spring.b] - built.cloth.surface.vertices[spring.a])
+            .normalized();
+    warp += spring.stiffness * std::pow(way.dot(along), 4);
+    weft += spring.stiffness * std::pow(way.dot(across), 4);
+  }
+  return warp / weft;
+}
+
+TEST_F(SceneFile, TheWarpOfASewingPatternRunsAlongItsGrain) {
+  for (const bool is_across : {false, true}) {
+    const std::string grain = is_across ? R"("grain": [-1, 0],)" : "";
+    write("flag.json", R"({"pattern": {"panels": {"flag": {
+      "translation": [0, 10, 0], "rotation": [0, 0, 0], )" +
+                           grain + R"(
+      "vertices": [[0, 0], [40, 0], [40, 60], [0, 60]],
+      "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]}},
+      "stitches": [[{"panel": "flag", "edge": 1}, {"panel": "flag", "edge": 3}]]},
+      "properties": {"units_in_meter": 100, "curvature_coords": "relative"}})");
+    const BuiltScene built = build_scene(read(R"({"gravity": [0, 0, 0],
+      "geometry": [{"name": "flag", "sewing_pattern": "flag.json", "edge_length": 0.03, "up": "y", "material": "cloth"}],
+      "materials": {"cloth": {"stretch_stiffness": 90, "stretch_weft": 30, "shear_stiffness": 10}}})"));
+    // y of the panel stands upright.
+    const double ratio = stiffness_ratio(built, 0, Vec3::UnitZ(), Vec3::UnitX());
+    if (is_across)
+      EXPECT_LT(ratio, 0.6);
+    else
+      EXPECT_GT(ratio, 1.7);
+  }
+}
+
 }  // namespace
 }  // namespace selvedge::scene_test

@@ -12,41 +12,55 @@
 namespace selvedge {
 namespace {
 
-constexpr double kFolded = 0.02;      // share of the area that may lie folded over
-constexpr double kOneSided = 0.01;    // m, by which the sides of a symmetric pattern may differ
-constexpr double kTurned = 1.75;      // rad, 100 degrees; narrow fronts of a jacket turn by 75
-constexpr double kAsTight = 0.8;      // of the largest strain, where its reason may lie
+constexpr double kFolded = 0.02;    // share of the area that may lie folded over
+constexpr double kOneSided = 0.01;  // m, by which the sides of a symmetric pattern may differ
+constexpr double kTurned = 1.75;    // rad, 100 degrees; narrow fronts of a jacket turn by 75
+constexpr double kExplains = 0.1;   // of the strain, by which a ring that explains it is too short
+constexpr double kAsTight = 0.8;    // of the largest strain, where its reason may lie
 constexpr double kNoticeable = 5e-3;  // share of the area below which tightness is local
 
 std::string panel_name(const DressResult& r, std::int32_t panel) {
   return fmt::format("panel \"{}\"", r.panel_names[static_cast<std::size_t>(panel)]);
 }
 
-/// Girths that say why a garment is tight: those at its most stretched place, or, where no ring
-/// leads through it, at the zone with the least ease of those that are stretched as much.
-std::string tight_measures(const DressResult& r) {
-  if (r.tight.cloth > 0.0 && r.tight.body > r.tight.cloth)
-    return fmt::format(" (cloth {:.2f} m around, body {:.2f} m)", r.tight.cloth, r.tight.body);
+std::string girths(double cloth, double body) {
+  return fmt::format("cloth {:.2f} m around, body {:.2f} m", cloth, body);
+}
+
+/// Whether the ring through the most stretched place is so short that it says why it is.
+bool is_short(const TightPlace& tight) {
+  return tight.cloth > 0.0 && tight.body - tight.cloth >= kExplains * tight.strain * tight.cloth;
+}
+
+/// The zone with the least ease of those that are stretched as much as the most stretched place.
+const FitZone* tight_zone(const DressResult& r) {
   const FitZone* least = nullptr;
   for (const FitZone& zone : r.fit)
     if (zone.is_closed && zone.ease() < 0.0 && zone.strain_max > kAsTight * r.tight.strain &&
         (!least || zone.ease() / zone.body < least->ease() / least->body))
       least = &zone;
-  if (!least) return "";
-  return fmt::format(" ({}: cloth {:.2f} m around, body {:.2f} m)", least->name, least->cloth,
-                     least->body);
+  return least;
 }
 
 /// Where the garment is too small, with its measures there; empty: nowhere.
 std::string too_small(const DressResult& r) {
   const TightPlace& tight = r.tight;
   if (std::max(r.max_stretch, tight.strain) <= r.wearable_stretch || tight.panel < 0) return "";
-  const std::string measures = tight_measures(r);
-  return fmt::format(
+  const FitZone* named = is_short(tight) ? nullptr : tight_zone(r);
+  const std::string measures =
+      is_short(tight) ? " (" + girths(tight.cloth, tight.body) + ")"
+      : named         ? fmt::format(" ({}: {})", named->name, girths(named->cloth, named->body))
+                      : "";
+  std::string text = fmt::format(
       "{} at {}{}: stretched by {:.0f} %, {:.1f} % of the garment by more than {:.0f} %",
       tight.area_share > kNoticeable ? "too small" : "tight in a small place",
       panel_name(r, tight.panel), measures, 100.0 * std::max(r.max_stretch, tight.strain),
       100.0 * tight.area_share, 100.0 * r.wearable_stretch);
+  for (const FitZone& zone : r.fit)
+    if (zone.is_closed && zone.ease() < 0.0 && zone.strain_max > r.wearable_stretch &&
+        &zone != named)
+      text += fmt::format(", also at the {} ({})", zone.name, girths(zone.cloth, zone.body));
+  return text;
 }
 
 /// The seam with the largest opening.

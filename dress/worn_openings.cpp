@@ -31,7 +31,8 @@ constexpr double kLeastOpening = 0.15;           // m around; no hand passes thr
 /// Total turn of a border along its cloth, below which it is a hole in it, rad. A hole in a plane
 /// has -360 degrees, one on a shoulder less, the end of a tube 0, the armhole of two panels -180.
 constexpr double kHole = -1.25 * std::numbers::pi;
-constexpr double kFaces = 0.3;  // mean cosine at which a panel lies on a side of the body
+constexpr double kFaces = 0.3;   // mean cosine at which a panel lies on a side of the body
+constexpr double kInward = 0.5;  // mean cosine at which its outer side is turned to the trunk
 
 /// Six times the volume of a tetrahedron.
 double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -208,15 +209,19 @@ class Openings {
     return covers(placed_points(loop)) && !covers(worn_points(loop));
   }
 
-  /// Panels whose names say front or back and that lie on the other side.
+  /// Panels whose names say front or back and that lie on the other side. The outer side of a
+  /// facing is turned to the body.
   void find_faces() {
-    std::vector<double> sum(result_.panel_names.size(), 0.0), area(sum.size(), 0.0);
+    const std::array<Vec3, 4> trunk = trunk_line(marks_);
+    std::vector<double> sum(result_.panel_names.size(), 0.0), area = sum, outward = sum;
     for (std::size_t i = 0; i < worn_.surface.triangles.size(); ++i) {
       const Triangle& t = worn_.surface.triangles[i];
       const std::vector<Vec3>& x = worn_.surface.vertices;
       const Vec3 normal = 0.5 * (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
       const auto p = static_cast<std::size_t>(worn_.panel_of_triangle[i]);
+      const Vec3 middle = (x[t[0]] + x[t[1]] + x[t[2]]) / 3.0;
       sum[p] += normal.dot(marks_.forward);
+      outward[p] += normal.dot((middle - nearest_on(trunk, middle).at).normalized());
       area[p] += normal.norm();
     }
     for (std::size_t p = 0; p < sum.size(); ++p) {
@@ -224,7 +229,8 @@ class Openings {
       const double sign = role.face == PanelRole::Face::front  ? 1.0
                           : role.face == PanelRole::Face::back ? -1.0
                                                                : 0.0;
-      if (role.part == PanelRole::Part::hood || sign * sum[p] >= -kFaces * area[p]) continue;
+      const double face = outward[p] < -kInward * area[p] ? -sum[p] : sum[p];
+      if (role.part == PanelRole::Part::hood || sign * face >= -kFaces * area[p]) continue;
       result_.misworn.push_back({sign > 0.0 ? WornFault::Kind::at_back : WornFault::Kind::in_front,
                                  static_cast<std::int32_t>(p)});
     }

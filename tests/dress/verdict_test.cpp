@@ -311,6 +311,18 @@ TEST(Verdict, SaysTheTrueReasonFirst) {
   }
   EXPECT_NE(zones.verdict().find("(waist: cloth 0.75 m around, body 0.90 m)"), std::string::npos)
       << zones.verdict();
+  EXPECT_NE(zones.verdict().find("30 %, also at the bust (cloth 0.80 m around, body 0.90 m)"),
+            std::string::npos)
+      << zones.verdict();
+  EXPECT_EQ(zones.verdict().find("hip"), std::string::npos) << "wide enough";
+  // A long ring that is hardly too short does not explain much stretch.
+  zones.tight.cloth = 1.74;
+  zones.tight.body = 1.77;
+  EXPECT_EQ(zones.verdict().find("1.77"), std::string::npos) << zones.verdict();
+  zones.tight.body = 1.90;
+  EXPECT_NE(zones.verdict().find("(cloth 1.74 m around, body 1.90 m)"), std::string::npos);
+  EXPECT_NE(zones.verdict().find("also at the waist"), std::string::npos);
+  zones.tight.cloth = zones.tight.body = 0.0;
   // One that is not stretched as much is no reason.
   for (FitZone& zone : zones.fit) zone.strain_max = 0.3;
   EXPECT_EQ(zones.verdict().find("waist"), std::string::npos) << zones.verdict();

@@ -319,6 +319,24 @@ TEST(WornOpenings, BackToFrontIsNamed) {
             "worn, but panel \"back\" lies in front; panel \"front\" lies at the back");
 }
 
+TEST(WornOpenings, FacingsThatShowTheBodyTheirOuterSidesLieWhereTheyAre) {
+  const Person p = person(Eigen::AngleAxisd(-0.4, Vec3::UnitZ()).toRotationMatrix());
+  for (const double end : {0.4, 0.5, 0.6}) {
+    detail::Garment worn =
+        second_skin(p, [&](std::size_t v) { return Suit().covers(p, v) && p.from_head[v] < end; });
+    for (std::size_t i = 0; i < worn.surface.triangles.size(); ++i) {
+      Triangle& t = worn.surface.triangles[i];
+      const std::vector<Vec3>& x = worn.surface.vertices;
+      const Vec3 normal = (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
+      worn.panel_of_triangle[i] = normal.dot(p.marks.forward) > 0.0 ? 0 : 1;
+      std::swap(t[1], t[2]);
+    }
+    worn.flat.triangles = worn.surface.triangles;
+    EXPECT_TRUE(measured(worn, worn, p, {"facing_front", "facing_back"}).misworn.empty()) << end;
+    EXPECT_EQ(measured(worn, worn, p, {"facing_back", "facing_front"}).misworn.size(), 2u) << end;
+  }
+}
+
 TEST(WornOpenings, ATurnedPanelIsNamed) {
   const Person p = person();
   const Suit suit;

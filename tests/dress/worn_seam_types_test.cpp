@@ -291,6 +291,63 @@ TEST(WornSeamTypes, APocketIsSewnOntoTheFront) {
   EXPECT_GT(pocket / of_pocket, front / of_front + 5e-4);
 }
 
+/// Mean distance from the cone of the parts of a panel whose places in its plane `counts` chooses,
+/// m.
+template <class Counts>
+double off_the_hill(const DressResult& r, const SewingPattern& pattern, std::int32_t panel,
+                    Counts&& counts) {
+  double sum = 0.0, low = 1e9;
+  int count = 0;
+  const auto& u = r.flat.vertices;
+  for (std::size_t i = 0; i < r.flat.triangles.size(); ++i)
+    if (r.panel_of_triangle[i] == panel)
+      for (const std::int32_t v : r.flat.triangles[i]) low = std::min(low, u[v].x());
+  double left = 1e9;
+  for (const Vec2& v : pattern.panels[panel].vertices) left = std::min(left, v.x());
+  for (std::size_t i = 0; i < r.garment.triangles.size(); ++i) {
+    if (r.panel_of_triangle[i] != panel) continue;
+    const Triangle &t = r.garment.triangles[i], &f = r.flat.triangles[i];
+    const Vec3 flat = (u[f[0]] + u[f[1]] + u[f[2]]) / 3.0;
+    if (!counts(Vec2(flat.x() - low + left, flat.y()))) continue;
+    const Vec3 at =
+        (r.garment.vertices[t[0]] + r.garment.vertices[t[1]] + r.garment.vertices[t[2]]) / 3.0;
+    sum += std::hypot(at.x(), at.y()) - 0.3 * (1.0 - at.z() / 0.6);
+    ++count;
+  }
+  EXPECT_GT(count, 4) << panel;
+  return sum / count;
+}
+
+TEST(WornSeamTypes, AButtonedFrontOverlapsItsOtherHalf) {
+  constexpr double kStand = 0.06;
+  const SewingPattern plain = plain_tube();
+  SewingPattern pattern = plain;
+  const auto half = [&](const char* name, double from, double to, double out) {
+    PatternPanel panel = plain.panels[0];
+    panel.name = name;
+    panel.vertices = {{from, 0.0}, {0.0, 0.0}, {to, 0.0}, {to, 0.3}, {0.0, 0.3}, {from, 0.3}};
+    panel.edges.clear();
+    for (std::int32_t i = 0; i < 6; ++i) panel.edges.push_back({{i, (i + 1) % 6}, {}, ""});
+    panel.lines.push_back({.endpoints = {1, 4}});
+    panel.translation += out * panel.rotation.col(2);
+    return panel;
+  };
+  pattern.panels = {half("left", -kStand, 0.3, 0.03), plain.panels[1],
+                    half("right", -0.3, kStand, 0.0)};
+  using Direction = PatternStitch::Direction;
+  pattern.stitches = {{{0, 2}, {1, 3}, Direction::end_to_start},
+                      {{2, 5}, {1, 1}, Direction::end_to_start},
+                      {{0, 6}, {2, 6}}};
+  pattern.stitches[2].closure = PatternStitch::Closure::buttons;
+  pattern.stitches[2].buttons = {0.1, 0.5, 0.9};
+  const DressResult r = dress(pattern, hill(), coarse());
+  EXPECT_EQ(r.fault(), "");
+  EXPECT_EQ(r.seams[2].pairs, 3u);
+  EXPECT_EQ(r.seams[2].merged, 3u);
+  const auto on_stand = [](const Vec2& at) { return std::abs(at.x()) < kStand - 0.01; };
+  EXPECT_GT(off_the_hill(r, pattern, 0, on_stand), off_the_hill(r, pattern, 2, on_stand) + 5e-4);
+}
+
 /// A tube of which the front has a pleat in its upper edge.
 TEST(WornSeamTypes, APleatLiesBehindItsEdgeWithItsDepth) {
   const SewingPattern plain = tube(0.7, 0.3, 0.36);

@@ -327,7 +327,7 @@ TEST(Dress, ASeamThatCannotCloseIsNamed) {
   DressConfig config = coarse();
   config.sewing_edge_length = config.edge_length;
   config.largest_pull = config.pull;  // far too weak for half of the girth
-  config.sew_time = 0.5;
+  config.sew_time = 0.2;  // later the panels may slide around the body and close beside it
   int restarts = 0;
   DressObserver observer;
   observer.restart = [&] { ++restarts; };

@@ -318,6 +318,33 @@ double off_the_hill(const DressResult& r, const SewingPattern& pattern, std::int
   return sum / count;
 }
 
+TEST(WornSeamTypes, AFacingLiesInsideOfTheEdgeToWhichItIsSewn) {
+  SewingPattern pattern = plain_tube();
+  for (std::int32_t p = 0; p < 2; ++p) {
+    PatternPanel facing = pattern.panels[p];
+    facing.name = "facing_" + facing.name;
+    facing.vertices[0].y() = facing.vertices[1].y() = 0.21;
+    facing.translation -= 0.02 * facing.rotation.col(2);
+    pattern.panels.push_back(facing);
+  }
+  using Direction = PatternStitch::Direction;
+  for (std::int32_t p = 0; p < 2; ++p)
+    pattern.stitches.push_back({{p, 2}, {p + 2, 2}, Direction::start_to_start});
+  pattern.stitches.push_back({{2, 1}, {3, 3}, Direction::end_to_start});
+  pattern.stitches.push_back({{2, 3}, {3, 1}, Direction::end_to_start});
+  const DressResult r = dress(pattern, hill(), coarse());
+  EXPECT_EQ(r.fault(), "");
+  EXPECT_EQ(r.open_pairs(), 0u);
+  EXPECT_LT(r.max_stretch, 0.4);
+  for (std::int32_t p = 0; p < 2; ++p) {
+    const double facing =
+        off_the_hill(r, pattern, p + 2, [](const Vec2& at) { return at.y() < 0.06; });
+    const double panel =
+        off_the_hill(r, pattern, p, [](const Vec2& at) { return at.y() > 0.21 && at.y() < 0.27; });
+    EXPECT_GT(panel, facing + 5e-4) << p;
+  }
+}
+
 TEST(WornSeamTypes, AButtonedFrontOverlapsItsOtherHalf) {
   constexpr double kStand = 0.06;
   const SewingPattern plain = plain_tube();

@@ -467,7 +467,7 @@ std::vector<ExtremeCase> contact_cases() {
       {"s04_plate", correct, true, plate},
       {"s05_stack", correct, false, stack},
       // One state is 0.05 % above the limit.
-      {"s06_ring_3cm", degraded, false, named(ring, scene("s06_ring_3cm"))},
+      {"s06_ring_3cm", correct, false, named(ring, scene("s06_ring_3cm"))},
       // A spring beside the handle leaps to 11.2 % for one step.
       {"s06_ring_5cm", degraded, false, named(ring, scene("s06_ring_5cm"))},
       {"s07_twist", correct, false, twist},
@@ -491,7 +491,7 @@ std::vector<ExtremeCase> contact_cases() {
       {"s25_seams", correct, true, side_by_side},
       {"towel", correct, false, towel},
       {"knot", correct, false, knot},
-      {"held_hit", degraded, true, held_hit},
+      {"held_hit", correct, true, held_hit},
       {"pinch", refused, true, pinch},
       {"pinch_and_go", correct, true, pinch_and_go},
       {"grip", correct, true, grip},

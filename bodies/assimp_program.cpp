@@ -10,6 +10,7 @@
 #include <selvedge/bodies/detail/assimp_axes.h>
 #include <selvedge/bodies/detail/gltf_nodes.h>
 #include <selvedge/core/system/internal/processes.h>
+#include <selvedge/core/system/internal/terminal.h>
 
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -92,16 +93,18 @@ int write_animation(const aiScene& scene, double fps, const Axes& axes) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 4 && argc != 5) {
+  const std::vector<std::string> words = selvedge::program_arguments(argc, argv);
+  if (words.size() != 4 && words.size() != 5) {
     std::fprintf(stderr, "usage: selvedge-assimp FILE MEMORY_BYTES SECONDS [FPS]\n");
     return 2;
   }
-  selvedge::limit_this_process(std::strtoull(argv[2], nullptr, 10),
-                               std::strtoull(argv[3], nullptr, 10));
-  if (const std::string fault = gltf_node_fault(argv[1]); !fault.empty())
+  selvedge::write_bytes_to_output();
+  selvedge::limit_this_process(std::strtoull(words[2].c_str(), nullptr, 10),
+                               std::strtoull(words[3].c_str(), nullptr, 10));
+  if (const std::string fault = gltf_node_fault(words[1]); !fault.empty())
     return finish_with_error(fault);
   Assimp::Importer importer;
-  const bool animated = argc == 5;
+  const bool animated = words.size() == 5;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
                                   aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_TEXTURES |
@@ -111,13 +114,14 @@ int main(int argc, char** argv) {
   // otherwise.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   // No vertex joining here: assimp joins valid vertices with NaN vertices.
-  const aiScene* scene = importer.ReadFile(
-      argv[1], aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_ValidateDataStructure);
+  const aiScene* scene =
+      importer.ReadFile(words[1], aiProcess_RemoveComponent | aiProcess_Triangulate |
+                                      aiProcess_ValidateDataStructure);
   if (!scene || !scene->mRootNode) return finish_with_error(importer.GetErrorString());
-  const Axes axes = stated_axes(*scene, argv[1]);
+  const Axes axes = stated_axes(*scene, words[1]);
   undo_unit(*scene, axes);
   if (animated) {
-    const double fps = std::strtod(argv[4], nullptr);
+    const double fps = std::strtod(words[4].c_str(), nullptr);
     return fps > 0.0 ? write_animation(*scene, fps, axes)
                      : finish_with_error("the frame rate is wrong");
   }

@@ -56,8 +56,9 @@ std::string assimp_program() {
   if (const char* chosen = std::getenv("SELVEDGE_ASSIMP"); chosen && *chosen) return chosen;
   for (const auto& own :
        {file_of_code(reinterpret_cast<const void*>(&assimp_program)), running_program()}) {
-    const auto beside = own.parent_path() / "selvedge-assimp";
-    if (!own.empty() && is_program(beside)) return beside.string();
+    for (const char* name : {"selvedge-assimp", "selvedge-assimp.exe"})
+      if (const auto beside = own.parent_path() / name; !own.empty() && is_program(beside))
+        return beside.string();
   }
   if (is_program(SELVEDGE_ASSIMP_PROGRAM)) return SELVEDGE_ASSIMP_PROGRAM;
   return "selvedge-assimp";

@@ -256,6 +256,32 @@ Sentences system_includes(const std::string& file, const std::string& text) {
   return faults;
 }
 
+/// Names of functions: those that a line without indentation defines, or all that are called or
+/// declared.
+std::set<std::string> functions(const std::string& text, bool defined_only) {
+  static const std::regex name("(~?\\w+)\\(");
+  std::set<std::string> names;
+  for (const std::string& line : lines_of(text)) {
+    if (defined_only && (line.empty() || !std::isalpha(static_cast<unsigned char>(line[0]))))
+      continue;
+    const std::string code = line.substr(0, line.find("//"));
+    for (std::sregex_iterator at(code.begin(), code.end(), name), end; at != end; ++at) {
+      names.insert((*at)[1]);
+      if (defined_only) break;
+    }
+  }
+  return names;
+}
+
+/// Functions of the headers that the sources of one system define and those of the other do not.
+Sentences one_sided(const std::string& headers, const std::string& one, const std::string& other) {
+  const std::set<std::string> here = functions(one, true), there = functions(other, true);
+  Sentences faults;
+  for (const std::string& name : functions(headers, false))
+    if (here.contains(name) != there.contains(name)) faults.push_back(name);
+  return faults;
+}
+
 /// In the first line, or the second one after #!.
 Sentences missing_licence(const std::string& file, const std::string& text) {
   const std::vector<std::string> lines = lines_of(text);
@@ -467,6 +493,16 @@ TEST(Architecture, OnlyTheSystemIncludesHeadersOfTheOperatingSystem) {
   EXPECT_TRUE(faults.empty()) << joined(faults);
 }
 
+TEST(Architecture, EverySystemDefinesTheSameFunctions) {
+  std::map<std::string, std::string> text;
+  for (const char* folder : {"internal", "posix", "windows"})
+    for (const auto& entry : fs::directory_iterator(root() / "core/system" / folder))
+      text[folder] += read(entry.path());
+  EXPECT_GT(functions(text["posix"], true).size(), 30u);
+  const Sentences faults = one_sided(text["internal"], text["posix"], text["windows"]);
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
 TEST(Architecture, TheRoomsFormNoCircle) {
   std::set<std::string> done;
   for (std::size_t before = 1; before != done.size();) {
@@ -578,6 +614,14 @@ TEST(ArchitectureRules, FindANameInTheWrongNamespace) {
 TEST(ArchitectureRules, FindAHeaderOfTheOperatingSystem) {
   EXPECT_EQ(system_includes("a.cpp", "#include <unistd.h>\n#include <sys/wait.h>\n").size(), 2u);
   EXPECT_EQ(system_includes("a.cpp", "#include <vector>\n#include <thread>\n").size(), 0u);
+}
+
+TEST(ArchitectureRules, FindAFunctionThatOneSystemLacks) {
+  const std::string header = "class A {\n  ~A();\n  int f() const;  // g()\n};\nvoid h();\n";
+  const std::string posix = "A::~A() { close(); }\nint A::f() const { return 1; }\nvoid h() {}\n";
+  EXPECT_EQ(one_sided(header, posix, posix), Sentences{});
+  EXPECT_EQ(one_sided(header, posix, "A::~A() {}\nint A::f() const {\n  h();\n}\nint g() {}\n"),
+            Sentences{"h"});
 }
 
 TEST(ArchitectureRules, FindAFunctionWhoseBitsVary) {

@@ -166,9 +166,10 @@ class QueryFile : public ::testing::Test {
       read_queries(file);
     } catch (const std::invalid_argument& error) {
       const std::string sentence = error.what();
-      EXPECT_EQ(sentence.rfind(folder_.string() + "/", 0), 0u) << sentence;
+      const std::string folder = (folder_ / "").string();
+      EXPECT_EQ(sentence.rfind(folder, 0), 0u) << sentence;
       EXPECT_EQ(sentence.find('\n'), std::string::npos);
-      return sentence.substr(folder_.string().size() + 1);
+      return sentence.substr(folder.size());
     }
     return "not refused";
   }

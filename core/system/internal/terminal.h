@@ -13,6 +13,9 @@ bool error_stream_is_terminal();
 /// encoding.
 std::vector<std::string> program_arguments(int argc, char** argv);
 
+/// Lets standard output carry bytes as they are; Windows translates ends of lines by default.
+void write_bytes_to_output();
+
 /// Lets the console show UTF-8 and obey the escape sequences of progress; on Windows it does not by
 /// default.
 void prepare_console();

@@ -2,6 +2,7 @@
 #include <selvedge/core/system/detail/windows.h>
 #include <selvedge/core/system/internal/terminal.h>
 
+#include <fcntl.h>
 #include <io.h>
 #include <shellapi.h>
 
@@ -20,6 +21,8 @@ std::vector<std::string> program_arguments(int, char**) {
   LocalFree(words);
   return arguments;
 }
+
+void write_bytes_to_output() { _setmode(_fileno(stdout), _O_BINARY); }
 
 void prepare_console() {
   SetConsoleOutputCP(CP_UTF8);

@@ -282,6 +282,22 @@ Sentences one_sided(const std::string& headers, const std::string& one, const st
   return faults;
 }
 
+/// Names of C++20 that neither the standard library of Emscripten has nor this text supplies.
+Sentences missing_in_browsers(const std::string& file, const std::string& text,
+                              const std::string& supplied) {
+  static const std::regex name(
+      "std::(ranges::\\w+|(?:views|pmr|execution)::|(?:format|jthread|stop_token|atomic_ref|"
+      "source_location|osyncstream|assume_aligned|make_\\w+_for_overwrite)\\b)");
+  Sentences faults;
+  for (std::sregex_iterator at(text.begin(), text.end(), name), end; at != end; ++at) {
+    const std::string found = (*at)[1];
+    if (supplied.find(" " + found.substr(found.rfind(':') + 1) + "(") == std::string::npos)
+      faults.push_back(file + " uses std::" + found +
+                       ", which bindings/js/missing_std.h must supply");
+  }
+  return faults;
+}
+
 /// In the first line, or the second one after #!.
 Sentences missing_licence(const std::string& file, const std::string& text) {
   const std::vector<std::string> lines = lines_of(text);
@@ -503,6 +519,17 @@ TEST(Architecture, EverySystemDefinesTheSameFunctions) {
   EXPECT_TRUE(faults.empty()) << joined(faults);
 }
 
+TEST(Architecture, WhatRunsInBrowsersUsesNoNameThatEmscriptenLacks) {
+  const std::string supplied = read(root() / "bindings/js/missing_std.h");
+  Sentences faults;
+  for (const std::string& file : files_with({".h", ".cpp", ".inc"}))
+    for (const Room& room : kRooms)
+      if (room.name == room_of(file) &&
+          (room.part == "detectors" || room.part == "simulation" || room.part == "c"))
+        append(faults, missing_in_browsers(file, read(root() / file), supplied));
+  EXPECT_TRUE(faults.empty()) << joined(faults);
+}
+
 TEST(Architecture, TheRoomsFormNoCircle) {
   std::set<std::string> done;
   for (std::size_t before = 1; before != done.size();) {
@@ -622,6 +649,15 @@ TEST(ArchitectureRules, FindAFunctionThatOneSystemLacks) {
   EXPECT_EQ(one_sided(header, posix, posix), Sentences{});
   EXPECT_EQ(one_sided(header, posix, "A::~A() {}\nint A::f() const {\n  h();\n}\nint g() {}\n"),
             Sentences{"h"});
+}
+
+TEST(ArchitectureRules, FindANameThatEmscriptenLacks) {
+  const std::string supplied = "auto find(int);\n";
+  const auto faults = [&](const std::string& text) {
+    return missing_in_browsers("a.cpp", text, supplied).size();
+  };
+  EXPECT_EQ(faults("std::ranges::find(a, 1); std::span<int> b; std::formatter c;"), 0u);
+  EXPECT_EQ(faults("std::ranges::max(a); std::views::iota(1); std::jthread c;"), 3u);
 }
 
 TEST(ArchitectureRules, FindAFunctionWhoseBitsVary) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# install_dependencies.sh [lean|meshes|test|python|release|platform|docs|clang|bits|arm64]: installs the missing packages of a set by apt.
+# install_dependencies.sh [lean|meshes|test|python|release|platform|windows|docs|clang|bits|arm64]: installs the missing packages of a set by apt.
 # Waits while another program holds the lock of apt.
 #   lean    packages to build the program (the default); pictures need libpng, the exact check needs GMP
 #   meshes  lean, and assimp, which reads bodies in formats other than OBJ, PLY and OFF
@@ -9,6 +9,7 @@
 #   python  meshes, and packages for `pip install .`
 #   release   python, and packages for scripts/release.sh
 #   platform  packages for the build and the tests in scripts/platforms.sh
+#   windows   packages for apps/windows/build.sh and check.sh
 #   docs    packages for scripts/docs.sh
 #   clang   lean, and packages for scripts/fuzz.sh
 #   bits    clang, and packages for scripts/same_bits.sh
@@ -60,6 +61,8 @@ release=("${python[@]}" "${adapters[@]}" dpkg-dev patchelf)
 clang=(clang libclang-rt-14-dev)
 bits=("${clang[@]}" musl-dev qemu-user-static)
 arm64=(g++-aarch64-linux-gnu libtbb-dev:arm64 libfmt-dev:arm64 libpng-dev:arm64 libgmp-dev:arm64)
+windows=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev m4 dpkg-dev cmake ninja-build zip unzip wine64 libeigen3-dev nlohmann-json3-dev libcli11-dev
+         libfmt-dev)
 docs=(doxygen python3-sphinx python3-myst-parser python3-breathe furo libjs-katex)
 
 set=${1:-lean}
@@ -71,11 +74,12 @@ case "$set" in
   python) wanted=("${lean[@]}" "${python[@]}") ;;
   release) wanted=("${lean[@]}" "${release[@]}") ;;
   platform) wanted=("${lean[@]}" "${meshes[@]}" "${platform[@]}") ;;
+  windows) wanted=("${windows[@]}") ;;
   docs) wanted=("${docs[@]}") ;;
   clang) wanted=("${lean[@]}" "${clang[@]}") ;;
   bits) wanted=("${lean[@]}" "${bits[@]}") ;;
   arm64) wanted=("${lean[@]}" "${arm64[@]}") ;;
-  *) echo "install_dependencies.sh: unknown set '$set': say lean, meshes, test, python, release, platform, docs, clang, bits or arm64" >&2; exit 2 ;;
+  *) echo "install_dependencies.sh: unknown set '$set': say lean, meshes, test, python, release, platform, windows, docs, clang, bits or arm64" >&2; exit 2 ;;
 esac
 if [ "${1:-}" = names ]; then
   echo "${wanted[*]}"

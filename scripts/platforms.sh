@@ -5,6 +5,8 @@
 # downloads it. FOLDER (/var/tmp/selvedge_platforms) takes 3 GB a system; one of an earlier run compiles what has changed.
 #   debian12-gcc debian13-gcc sid-gcc        g++ of the system: build, all tests, hashes of six scenes
 #   debian12-clang debian13-clang sid-clang  its newest clang: build, tests without the label `slow`, hashes
+#   windows                                  apps/windows/build.sh, and check.sh under Wine against build/release/apps/selvedge of
+#                                            the same commit; on this system, not in an empty one
 #   deb wheel                                the packages of scripts/release.sh in build/packages, in an empty Debian 12 (the
 #                                            wheel: with NumPy): seconds to install them and to the first clean drape
 #   deb-library                              the .deb files of the library and of the Python module: examples/find_collisions.cpp
@@ -22,8 +24,8 @@ while [ $# -gt 0 ]; do
   case "$1" in
     --folder) folder=$2; shift ;;
     --quick) quick=--label-exclude=slow ;;
-    debian12-gcc | debian13-gcc | sid-gcc | debian12-clang | debian13-clang | sid-clang | deb | deb-library | wheel | pip) names+=("$1") ;;
-    *) sed -n '3,17s/^# //p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
+    debian12-gcc | debian13-gcc | sid-gcc | debian12-clang | debian13-clang | sid-clang | windows | deb | deb-library | wheel | pip) names+=("$1") ;;
+    *) sed -n '3,19s/^# //p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
   esac
   shift
 done
@@ -113,6 +115,19 @@ build_and_test() {
   echo "| $name | ${cxx%%-*} $versions | $(libraries "$name") | $built | ${passed:--} | ${same:--} | $((SECONDS - seconds)) |"
 }
 
+build_for_windows() {
+  local seconds=$SECONDS here=$folder/windows/root/selvedge built=yes same=-
+  "$root/scripts/install_dependencies.sh" windows
+  copy_sources windows
+  (cd "$here" && apps/windows/build.sh build/windows) >"$work/windows.build" 2>&1 || { built=no; failed=yes; tail -n 20 "$work/windows.build" >&2; }
+  if [ "$built" = yes ]; then
+    "$here/apps/windows/check.sh" "$here"/build/windows/selvedge-*-windows.zip "$root/build/release/apps/selvedge" >"$work/windows.check" 2>&1 || failed=yes
+    grep ': NO$' "$work/windows.check" | sed 's/^/windows: /' >&2 || true
+    same=$(sed -n 's/^hashes of six scenes as native: //p' "$work/windows.check")
+  fi
+  echo "| windows | MinGW-w64 g++ $(x86_64-w64-mingw32-g++-posix -dumpversion) | | $built | check.sh: $(grep -c ': yes$' "$work/windows.check" || true) pass | equal: $same | $((SECONDS - seconds)) |"
+}
+
 # The optional libraries of the build in a system, with their versions.
 libraries() {
   inside "$1" 'selvedge/build/release/apps/selvedge --version 2>/dev/null' | sed -n 's/^ *\(assimp\|embree\|CGAL\|fcl\) \([^ ]*\).*/\1 \2/p' | xargs | sed 's/ \([a-z]\)/, \1/g' || true
@@ -140,6 +155,7 @@ if [[ " ${names[*]} " =~ -(gcc|clang)" " ]] && [ -x "$root/build/release/apps/se
 fi
 for name in "${names[@]}"; do
   case $name in
+    windows) build_for_windows ;;
     deb)
       empty_system bookworm
       copy_of bookworm deb

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # release.sh [BUILD]: makes the packages of the last commit in build/packages, for the Debian that it runs on, with their
-# checksums in SHA256SUMS: the .deb files of the program, the library and the Python module, and a wheel that carries its
-# libraries. BUILD is a folder to compile in (build/release_packages); one of an earlier build compiles what has changed.
+# checksums in SHA256SUMS: the .deb files of the program, the library and the Python module, a wheel that carries its
+# libraries, the zip for Windows and, where Emscripten is installed, the npm package. BUILD is a folder to compile in (build/release_packages); one of an earlier build compiles what has changed.
 # The same commit in the same folder gives the same bytes. Refuses sources that differ from the commit.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -13,6 +13,7 @@ if [ -n "$(git status --porcelain)" ]; then
   exit 1
 fi
 scripts/install_dependencies.sh release
+scripts/install_dependencies.sh windows
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH
 umask 022
@@ -28,6 +29,14 @@ rm -rf "$out/_CPack_Packages"
 PYTHONPATH=bindings/python/build_backend scripts/quietly.sh /usr/bin/python3 -B -c "
 import selvedge_build
 selvedge_build.build_wheel('$out', {'build': '$build', 'libraries': 'bundle'})"
+scripts/quietly.sh apps/windows/build.sh "$build/windows"
+cp "$build"/windows/selvedge-*-windows.zip "$out"
+if command -v em++ >/dev/null; then
+  scripts/quietly.sh bindings/js/build.sh "$build/js"
+  cp "$build"/js/selvedge-*.tgz "$out"
+else
+  echo "release.sh: Emscripten is not installed, so there is no npm package"
+fi
 # The list of files comes before the file of sums exists.
 sums=$(cd "$out" && sha256sum -- *)
 echo "$sums" | tee "$out/SHA256SUMS"

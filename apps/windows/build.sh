@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 # build.sh [FOLDER]: builds the program for 64-bit Windows, with detectors, judge, dress and pictures, in FOLDER (build/windows), and
 # packs selvedge-VERSION-windows.zip there: the program, which needs no other file, scenes, bodies and the licence. Needs the packages
-# g++-mingw-w64-x86-64-posix, libz-mingw-w64-dev, m4, CMake, Ninja, Eigen, nlohmann-json, fmt, CLI11, zip, and the network for the
-# sources of GMP and libpng. Without oneTBB every loop is serial; without assimp bodies are OBJ, PLY and OFF. check.sh tries it.
+# of `scripts/install_dependencies.sh windows`, and the network for the sources of GMP and libpng. Without oneTBB every loop is serial;
+# without assimp bodies are OBJ, PLY and OFF. With SOURCE_DATE_EPOCH the same program gives the same zip. check.sh tries it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 mkdir -p "${1:-build/windows}"
@@ -53,5 +53,7 @@ rm -rf "${out:?}/$name" "$out/$name.zip"
 mkdir -p "$out/$name"
 $host-strip -o "$out/$name/selvedge.exe" "$out/program/apps/selvedge.exe"
 cp -r data/scenes data/bodies LICENSE "$out/$name/"
-(cd "$out" && zip -qrX "$name.zip" "$name")
+# One time for all files, in the order of their names; zip writes the local time.
+find "$out/$name" -exec touch -h -d "@${SOURCE_DATE_EPOCH:-$(date +%s)}" {} +
+(cd "$out" && find "$name" | LC_ALL=C sort | TZ=UTC zip -qX "$name.zip" -@)
 ls -l "$out/$name.zip" "$out/$name/selvedge.exe"

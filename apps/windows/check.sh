@@ -6,8 +6,10 @@
 # backslashes. Ends with 1 if anything differs.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-zip=$(realpath "$1") native=$(realpath "$2")
 work=$(mktemp -d)
+# A build of other sources may replace the program meanwhile.
+cp "$2" "$work/native"
+zip=$(realpath "$1") native=$work/native
 export WINEPREFIX=$work/wine WINEDEBUG=-all LC_ALL=C.UTF-8
 wine=$(command -v wine64 || echo /usr/lib/wine/wine64)
 trap 'wineserver -k 2>/dev/null || true; rm -rf "$work"' EXIT

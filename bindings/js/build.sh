@@ -72,7 +72,7 @@ rm -rf "$out/package"
 mkdir -p "$out/package"
 mapfile -t libraries < <(find "$out/library" -name 'libselvedge_*.a')
 # shellcheck disable=SC2086
-em++ -std=c++20 -O3 -DNDEBUG $flags -ffp-contract=off -I "$out/library/include" bindings/c/{detection,garment,judge,library,mesh,simulation}.cpp \
+em++ -std=c++20 -O3 -DNDEBUG $flags -ffp-contract=off -I "$out/library/include" bindings/c/*.cpp \
   "$out/version.cpp" bindings/js/missing_process.cpp -Wl,--start-group "${libraries[@]}" -Wl,--end-group "$out/gmp/lib/libgmp.a" \
   -sMODULARIZE=1 -sEXPORT_NAME=createSelvedge -sENVIRONMENT=web -sALLOW_MEMORY_GROWTH=1 -sMAXIMUM_MEMORY=4GB \
   -sFORCE_FILESYSTEM=1 -sTOTAL_STACK=5MB -sEXPORTED_FUNCTIONS="$exported,_malloc,_free" \

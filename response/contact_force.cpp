@@ -125,8 +125,9 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   parallel_for(added.size(), kEach, [&](std::size_t begin, std::size_t end) {
     for (Entry& e : added.subspan(begin, end - begin)) {
       e.stick = ratio * e.m_eff / h;
-      if (const double share = rigid ? 1.0 : e.one_sided; share > 0.0)
-        e.stick = std::max(e.stick, std::min(share * bearing_stick(e), kStiffest * e.stick));
+      const double load =
+          rigid ? std::max(e.load, e.load_before) : e.one_sided * std::min(e.load, e.load_before);
+      e.stick = std::max(e.stick, std::min(bearing_stick(e.point, load), kStiffest * e.stick));
       if (!guesses) {
         e.remembers = false;
         e.friction = first_friction(e);
@@ -136,11 +137,13 @@ void ContactForce::add(std::span<const ContactPoint> contacts) {
   });
 }
 
-// Cloth that is taut or pressed is light by its loads: its friction must reach its limit before the
-// contact counts as sliding. Else contacts that hold forget their friction because the cloth
-// trembles, guess it anew, let the cloth tremble by that, and creep: 60 µm/s around a cylinder.
-double ContactForce::bearing_stick(const Entry& e) const {
-  return e.point.friction * std::max(e.load, e.load_before) / stick_speed(e.point);
+// kg/s. Cloth that is taut or pressed is light by its loads: its friction must reach its limit
+// before the contact counts as sliding. Else contacts that hold forget their friction because the
+// cloth trembles, guess it anew, let the cloth tremble by that, and creep: 60 µm/s around a
+// cylinder. Not by the load of an impact that is over: bodies of another engine would be thrown by
+// it.
+double ContactForce::bearing_stick(const ContactPoint& c, double load) const {
+  return c.friction * load / stick_speed(c);
 }
 
 // A contact that rested in the last step begins with its friction.

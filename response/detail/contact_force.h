@@ -165,7 +165,7 @@ class ContactForce final : public Response {
   std::size_t pressing_body(const ContactPoint& c) const;
   std::size_t first_leader(std::size_t particle) const;
   double pressing_load(const Entry& e) const;
-  double bearing_stick(const Entry& e) const;
+  double bearing_stick(const ContactPoint& c, double load) const;
   void start(Entry& e) const;
   ImplicitTerm term_of(const Entry& e) const;
   bool is_impact() const;

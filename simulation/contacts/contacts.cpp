@@ -287,9 +287,9 @@ void Contacts::turn_at_hem(ContactPoint& c) const {
 
 // A point that slides over a curved surface leaves the plane in which it starts: against that plane
 // it would be braked by the load times half the angle by which the surface turns on its way. The
-// contact acts across the chord from where the point starts to where it arrives, as seen from the
-// body, which itself may turn. A longer way than that over which all pairs are found counts as far
-// as that. Not between bodies, which hold the point.
+// contact acts across the chord from where the point starts to where it arrives. A longer way than
+// that over which all pairs are found counts as far as that. Not between bodies, which hold the
+// point, and not where the body turns: cloth that does not follow it keeps its place and direction.
 void Contacts::turn_along_way(std::size_t found, ContactPoint& c) const {
   if (c.kind != ContactKind::point_triangle || c.normal != found_[found].normal) return;
   const Vec3 start = relative(c, motion_.x_t0());
@@ -297,6 +297,8 @@ void Contacts::turn_along_way(std::size_t found, ContactPoint& c) const {
   Vec3 way = change - c.normal.dot(change) * c.normal;
   const double length = way.norm(), seen = (kProximityReach - kPointReach) * c.rest_gap;
   if (!(length > kShortWay * c.rest_gap)) return;
+  if (face_normal(vertices_of(c, motion_.x_t0())) != face_normal(vertices_of(c, motion_.x_t1())))
+    return;
   way *= std::min(1.0, seen / length);
   // Relative to the surface, at the height at which it starts.
   const Vec3 there = motion_.x_t0()[c.vertex[0]] + way;
@@ -322,16 +324,7 @@ void Contacts::turn_along_way(std::size_t found, ContactPoint& c) const {
   const Vec3 chord = way - (arrival.gap - c.gap) * arrival.normal;
   const Vec3 mean = c.normal + arrival.normal;
   c.normal = (mean - mean.dot(chord) / chord.squaredNorm() * chord).normalized();
-  turn_with_body(c);
   c.gap = c.normal.dot(start);
-}
-
-// Turns the normal by half of what the triangle of the contact turns in the step.
-void Contacts::turn_with_body(ContactPoint& c) const {
-  const Vec3 before = face_normal(vertices_of(c, motion_.x_t0())),
-             after = face_normal(vertices_of(c, motion_.x_t1()));
-  if (before == after || !before.allFinite() || !after.allFinite()) return;
-  c.normal = Eigen::Quaterniond::FromTwoVectors(before, before + after) * c.normal;
 }
 
 // Calls visit(i) for all found pairs i of the same point.

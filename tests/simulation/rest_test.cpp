@@ -241,7 +241,7 @@ double hold_by_load(Capstan c, double speed) {
 }
 
 // Fast, an edge that turns within a step seems too short (docs/lab/response.md).
-TEST(Rest, ACylinderThatTurnsUnderAStripFeelsTheFrictionOfACapstan) {
+TEST(Rest, ACylinderThatTurnsUnderAStripFeelsACapstansFriction) {
   const double right = right_pull(0.3, 0.0);
   EXPECT_NEAR(hold_by_load(capstan(1.0, 120, 128), 0.05), right, 0.01 * right);
   EXPECT_NEAR(hold_by_load(capstan(1.0, 120, 128), 0.3), right, 0.03 * right);

@@ -53,7 +53,6 @@ class Contacts {
   bool is_contact(const Contact& contact, const ContactPoint& c) const;
   void turn_at_hem(ContactPoint& c) const;
   void turn_along_way(std::size_t found, ContactPoint& c) const;
-  void turn_with_body(ContactPoint& c) const;
   void for_each_of_point(std::size_t found, auto&& visit) const;
   void append_proximities(bool self, std::vector<ContactPoint>& out);
   void drop_walls(bool self);

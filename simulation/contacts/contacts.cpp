@@ -47,6 +47,9 @@ constexpr double kAbove = 0.98;
 // changes.
 constexpr double kShortWay = 1e-3;
 
+// Cosine of the angle by which the faces of a body turn at least if it turns.
+constexpr double kSameFace = 1.0 - 1e-12;
+
 // Least cosine of the angle by which a convex surface turns under a point that slides on over it.
 constexpr double kRoundNormal = 0.5;
 
@@ -297,8 +300,8 @@ void Contacts::turn_along_way(std::size_t found, ContactPoint& c) const {
   Vec3 way = change - c.normal.dot(change) * c.normal;
   const double length = way.norm(), seen = (kProximityReach - kPointReach) * c.rest_gap;
   if (!(length > kShortWay * c.rest_gap)) return;
-  if (face_normal(vertices_of(c, motion_.x_t0())) != face_normal(vertices_of(c, motion_.x_t1())))
-    return;
+  const Vec3 face = face_normal(vertices_of(c, motion_.x_t0()));
+  if (!(face.dot(face_normal(vertices_of(c, motion_.x_t1()))) > kSameFace)) return;
   way *= std::min(1.0, seen / length);
   // Relative to the surface, at the height at which it starts.
   const Vec3 there = motion_.x_t0()[c.vertex[0]] + way;

@@ -213,7 +213,7 @@ TEST(SeamTypes, APanelWithAPocketThatRunsTheWrongWayIsNamed) {
   }
 }
 
-TEST(SeamTypes, AHalfFrontThatRunsTheWrongWayIsNamedByItsLongSeam) {
+TEST(SeamTypes, AHalfFrontTheWrongWayIsNamedByItsLongSeam) {
   // A front in two halves, buttoned at x = 0; the shoulders are so short that they hardly tell.
   const auto file = [](bool is_wrong) {
     const std::string right =

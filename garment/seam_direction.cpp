@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <selvedge/garment/detail/seam_detour.h>
 #include <selvedge/garment/detail/side_parity.h>
 #include <selvedge/garment/sewing_pattern.h>
 
@@ -47,14 +46,6 @@ bool share_an_end(const SewingPattern& pattern, const PatternStitch& stitch) {
 }
 
 }  // namespace
-
-double detail::seam_detour(const SewingPattern& pattern, const PatternStitch& stitch,
-                           bool start_to_start) {
-  const EndDistances d = end_distances(pattern, stitch);
-  const double way = start_to_start ? d.start_to_start : d.end_to_start,
-               other = start_to_start ? d.end_to_start : d.start_to_start;
-  return way > 1e-9 * other ? way / std::max(other, 1e-9 * way) : 1e-9;
-}
 
 std::vector<SeamDirection> seam_directions(const SewingPattern& pattern) {
   const std::size_t n = pattern.stitches.size();

@@ -4,7 +4,6 @@
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/garment/detail/grid_plane.h>
 #include <selvedge/garment/detail/pattern_names.h>
-#include <selvedge/garment/detail/seam_detour.h>
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <Eigen/Geometry>
@@ -28,8 +27,6 @@ constexpr std::int32_t kCheckPieces = 24;
 constexpr std::int32_t kOverlapSamples = 24;
 /// Panels are in one plane if they are nearer than this, m.
 constexpr double kSamePlane = 1e-3;
-/// A seam that is longer than the other way round by this factor does not say that it is right.
-constexpr double kLonger = 1.02;
 
 std::int32_t size_of(const auto& list) { return static_cast<std::int32_t>(list.size()); }
 
@@ -350,32 +347,29 @@ class PatternCheck {
                             limits_.length_ratio));
   }
 
-  /// A panel whose seams to others are shorter the other way round, at least one of them so much
-  /// that it is twisted as the panels stand, although the file says which ends meet, has its loop
-  /// the wrong way round. Of two such panels, the one that runs clockwise.
+  /// A panel whose seams to others are all twisted as the panels stand, although the file says
+  /// which ends meet, has its loop the wrong way round. Of two such panels, the one that runs
+  /// clockwise.
   void check_sides() const {
     const std::vector<SeamDirection> directions = seam_directions(pattern_);
-    std::vector<std::vector<std::int32_t>> longer(pattern_.panels.size());
-    std::vector<char> is_right(longer.size(), 0), is_twisted(longer.size(), 0);
+    std::vector<std::vector<std::int32_t>> twisted(pattern_.panels.size());
+    std::vector<char> is_wrong(pattern_.panels.size(), 1);
     for (std::int32_t s = 0; s < size_of(directions); ++s) {
       const PatternStitch& stitch = pattern_.stitches[s];
       // A panel may lie on either side of a line.
       if (stitch.a.panel == stitch.b.panel || pattern_.is_on_a_line(stitch)) continue;
-      const bool is_longer =
-          directions[s].reason == SeamDirection::Reason::file &&
-          detail::seam_detour(pattern_, stitch, directions[s].start_to_start) > kLonger;
-      for (const std::int32_t p : {stitch.a.panel, stitch.b.panel}) {
-        if (is_longer)
-          longer[p].push_back(s);
+      const bool is_twisted =
+          directions[s].twisted && directions[s].reason == SeamDirection::Reason::file;
+      for (const std::int32_t p : {stitch.a.panel, stitch.b.panel})
+        if (is_twisted)
+          twisted[p].push_back(s);
         else
-          is_right[p] = 1;
-        if (directions[s].twisted) is_twisted[p] = 1;
-      }
+          is_wrong[p] = 0;
     }
     std::int32_t found = -1;
     const auto is_clockwise = [&](std::int32_t p) { return panel_area(pattern_.panels[p]) < 0.0; };
-    for (std::int32_t p = 0; p < size_of(longer); ++p)
-      if (!is_right[p] && is_twisted[p] && longer[p].size() > 1 &&
+    for (std::int32_t p = 0; p < size_of(is_wrong); ++p)
+      if (is_wrong[p] && twisted[p].size() > 1 &&
           (found < 0 || (is_clockwise(p) && !is_clockwise(found))))
         found = p;
     if (found < 0) return;
@@ -384,7 +378,7 @@ class PatternCheck {
         "other way round, or turn the panel over",
         quoted(pattern_.panels[found].name),
         is_clockwise(found) ? "runs clockwise" : "shows its inner side",
-        fmt::join(longer[found], ", ")));
+        fmt::join(twisted[found], ", ")));
   }
 
   void check_places() const {

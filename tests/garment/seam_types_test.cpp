@@ -213,39 +213,6 @@ TEST(SeamTypes, APanelWithAPocketThatRunsTheWrongWayIsNamed) {
   }
 }
 
-TEST(SeamTypes, AHalfFrontTheWrongWayIsNamedByItsLongSeam) {
-  // A front in two halves, buttoned at x = 0; the shoulders are so short that they hardly tell.
-  const auto file = [](bool is_wrong) {
-    const std::string right =
-        is_wrong
-            ? R"("edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 4]}, {"endpoints": [4, 0]}])"
-            : R"("edges": [{"endpoints": [0, 4]}, {"endpoints": [4, 3]}, {"endpoints": [3, 2]}, {"endpoints": [2, 1]}, {"endpoints": [1, 0]}])";
-    const std::string side = is_wrong ? "1" : "3", shoulder = "2";
-    return R"({"pattern": {"panels": {
-      "left": {"translation": [0, 0, 20], "rotation": [0, 0, 0], "label": "",
-        "vertices": [[-3, 0], [30, 0], [30, 50], [20, 52], [-3, 52], [0, 10], [0, 40]],
-        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 4]}, {"endpoints": [4, 0]}],
-        "lines": [{"endpoints": [5, 6]}]},
-      "right": {"translation": [0, 0, 18.5], "rotation": [0, 0, 0],
-        "vertices": [[3, 0], [-30, 0], [-30, 50], [-20, 52], [3, 52], [0, 10], [0, 40]], )" +
-           right + R"(, "lines": [{"endpoints": [5, 6]}]},
-      "back": {"translation": [0, 0, -20], "rotation": [0, 180, 0],
-        "vertices": [[-30, 0], [30, 0], [30, 50], [20, 52], [-20, 52], [-30, 50]],
-        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 4]}, {"endpoints": [4, 5]}, {"endpoints": [5, 0]}]}},
-      "stitches": [[{"panel": "left", "edge": 1}, {"panel": "back", "edge": 5}],
-                   [{"panel": "left", "edge": 2}, {"panel": "back", "edge": 4}],
-                   [{"panel": "right", "edge": )" +
-           side + R"(}, {"panel": "back", "edge": 1}],
-                   [{"panel": "right", "edge": )" +
-           shoulder + R"(}, {"panel": "back", "edge": 2}],
-                   [{"panel": "left", "line": 0}, {"panel": "right", "line": 0}, {"buttons": 3}]]},
-      "properties": {"units_in_meter": 100, "curvature_coords": "absolute", "normalize_panel_translation": false}})";
-  };
-  EXPECT_EQ(fault_of(file(false)), "");
-  EXPECT_NE(fault_of(file(true)).find("panel \"right\" runs clockwise"), std::string::npos)
-      << fault_of(file(true));
-}
-
 TEST(SeamTypes, APleatTakesTwiceItsDepthOutOfItsEdge) {
   for (const bool to_end : {false, true}) {
     const SewingPattern sewn = as_sewn(

@@ -22,14 +22,14 @@ constexpr double kReachOut =
 constexpr double kFarthest = 1.2;   // of the spacing of the finest seam, the largest merge distance
 constexpr int kStallFrames = 12;    // frames over which progress is measured
 constexpr double kProgress = 0.05;  // of the mean opening, within that many frames
-// The last open pairs may hold a fold of cloth between them. It slides out when they let go of it
-// and the cloth is stiff, and stiff cloth stays out when they pull again.
+// The last open pairs may hold a fold of cloth between them. It slides out when they let go of it.
 constexpr int kMostReleases = 3;        // of an attempt
 constexpr int kUnpicked = 3;            // pairs beside open ones, more of them each time
 constexpr double kReleaseTime = 0.3;    // s, without a pull
 constexpr double kReleaseLonger = 1.5;  // s, by which each release lengthens the sewing
-constexpr double kReleaseBending =
-    300.0;                              // factor of the bending stiffness since the first release
+// Soft panels that meet at their edges fold into the seams, and no pull brings a fold out again.
+// Panels as stiff as card slide past each other.
+constexpr double kCard = 3e-3;          // N·m, bending stiffness, 300 times that of a knit
 constexpr double kAroundOpening = 0.1;  // m, in which the stretch beside an open pair is measured
 /// Share of their first opening at which seams that span the body enclose it.
 constexpr double kEnclosing = 0.1;
@@ -73,7 +73,7 @@ class Sewing {
     simulation_.reset();  // it refers to the former scene
     const PhaseSettings settings{.drag = config_.sew_drag,
                                  .pull = is_released_ ? 0.0 : pull_,
-                                 .bending = releases_ > 0 ? kReleaseBending : 1.0,
+                                 .bending = stiffening(),
                                  .merge = merge_share_,
                                  .limit_strain = false,
                                  .with_elastics = false,
@@ -84,6 +84,12 @@ class Sewing {
     simulation_ = start_simulation(*scene_, dressing_);
     frame_of_simulation_ = 0;
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, phase_);
+  }
+
+  /// Factor of the bending stiffness.
+  double stiffening() const {
+    const double own = config_.fabric.bending_stiffness;
+    return own > 0.0 ? std::max(1.0, kCard / own) : 1.0;
   }
 
   SeamChoice stage() const { return stages_[stage_]; }
@@ -185,6 +191,7 @@ class Sewing {
     openings_.clear();
     const bool is_largest = pull_ >= config_.largest_pull;
     if (!is_last_stage() && (is_largest || stage() == SeamChoice::spanning)) return go_on();
+    if (is_last_stage() && can_release() && is_blocked()) return release();
     const bool is_farthest = is_largest && merge_share_ >= kFarthest;
     if (is_farthest && merge_blocked()) return;
     if (is_farthest && can_release()) return release();
@@ -204,7 +211,15 @@ class Sewing {
            opening <= config_.sewing_edge_length;
   }
 
-  /// The seams let go while stiff cloth becomes smooth, also where they are closed beside an open
+  /// Whether cloth lies between the sides of an open pair, so that no stronger pull helps.
+  bool is_blocked() const {
+    std::vector<Edge> pairs;
+    for (std::size_t s = 0; s < garment_.stitches.size(); ++s)
+      for (const Edge& pair : garment_.open_pairs(s)) pairs.push_back(pair);
+    return has_layer_between(garment_, pairs);
+  }
+
+  /// The seams let go while the cloth becomes smooth, also where they are closed beside an open
   /// pair. Then they pull from the start.
   void release() {
     ++releases_;

@@ -3,11 +3,13 @@
 // Unpicking: a fold of cloth may lie between the two sides of a seam that is closed on both sides
 // of the fold, and then never comes out. Pairs around the open ones are separated again, as a
 // tailor unpicks a seam, by a small way towards the panel of each side, which is searched for
-// collisions.
+// collisions. Where three panels meet, as front, back and hood at the neck, the fold may be of the
+// third one, whose corner holds it there.
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
 
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -37,24 +39,53 @@ class Unpicking {
   }
 
  private:
-  /// The merged pairs near open ones of their stitch.
+  using SewnPair = std::pair<std::size_t, std::size_t>;  // a stitch and its pair
+
+  std::vector<SewnPair> all_pairs() const {
+    std::vector<SewnPair> all;
+    for (std::size_t s = 0; s < garment_.stitches.size(); ++s)
+      for (std::size_t i = 0; i < garment_.stitches[s].a.size(); ++i) all.push_back({s, i});
+    return all;
+  }
+
+  Edge ends(const SewnPair& pair) const {
+    const Stitching& stitch = garment_.stitches[pair.first];
+    return {garment_.corner[stitch.a[pair.second]], garment_.corner[stitch.b[pair.second]]};
+  }
+
+  bool is_open(const SewnPair& pair) const {
+    const Edge vertices = ends(pair);
+    const std::vector<Edge> open = garment_.open_pairs(pair.first);
+    return std::find(open.begin(), open.end(), vertices) != open.end();
+  }
+
+  /// The merged pairs within `around_` steps of an open one, along its seam and round the corners
+  /// where its ends meet other seams: the panel between those may lie in the open one.
   void choose() {
-    for (const Stitching& stitch : garment_.stitches) {
-      const auto n = static_cast<std::ptrdiff_t>(stitch.a.size());
-      const auto is_open = [&](std::ptrdiff_t i) {
-        return garment_.corner[stitch.a[i]] != garment_.corner[stitch.b[i]];
-      };
-      for (std::ptrdiff_t i = 0; i < n; ++i) {
-        bool is_near = false;
-        for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, i - around_);
-             k <= std::min(n - 1, i + around_); ++k)
-          is_near = is_near || is_open(k);
-        if (is_open(i)) continue;
-        if (is_near)
-          unpicked_.push_back({stitch.a[i], stitch.b[i]});
-        else
-          kept_.push_back({stitch.a[i], stitch.b[i]});
-      }
+    std::map<std::int32_t, std::vector<SewnPair>> at;  // by vertex of the surface
+    for (const SewnPair& pair : all_pairs())
+      for (const std::int32_t v : ends(pair)) at[v].push_back(pair);
+    std::map<SewnPair, int> steps;
+    std::deque<SewnPair> queue;
+    const auto reach = [&](const SewnPair& pair, int taken) {
+      if (taken <= around_ && steps.try_emplace(pair, taken).second) queue.push_back(pair);
+    };
+    for (const SewnPair& pair : all_pairs())
+      if (is_open(pair)) reach(pair, 0);
+    for (; !queue.empty(); queue.pop_front()) {
+      const SewnPair pair = queue.front();
+      const auto& [s, i] = pair;
+      const int taken = steps[pair] + 1;
+      if (i > 0) reach({s, i - 1}, taken);
+      if (i + 1 < garment_.stitches[s].a.size()) reach({s, i + 1}, taken);
+      for (const std::int32_t v : ends(pair))
+        for (const SewnPair& other : at[v]) reach(other, taken);
+    }
+    for (const SewnPair& pair : all_pairs()) {
+      const auto& [s, i] = pair;
+      const Edge vertices{garment_.stitches[s].a[i], garment_.stitches[s].b[i]};
+      if (garment_.corner[vertices[0]] == garment_.corner[vertices[1]])
+        (steps.contains(pair) ? unpicked_ : kept_).push_back(vertices);
     }
   }
 
@@ -129,7 +160,7 @@ class Unpicking {
 
   const Garment& garment_;
   const TriangleMesh& body_;
-  std::ptrdiff_t around_;
+  int around_;
   std::vector<Edge> unpicked_, kept_;  // pairs, as vertices of the flat pattern
   Garment split_;
   std::vector<std::int32_t> before_;  // of each of its vertices, that of the garment
@@ -137,6 +168,13 @@ class Unpicking {
 };
 
 }  // namespace
+
+bool has_layer_between(const Garment& garment, std::span<const Edge> pairs) {
+  std::vector<Triangle> ways;
+  for (const Edge& pair : pairs) ways.push_back({pair[0], pair[1], pair[1]});
+  const std::vector<Vec3>& x = garment.surface.vertices;
+  return !find_crossings({x, ways}, {x, garment.surface.triangles}).empty();
+}
 
 bool unpick(Garment& garment, const Dressing& dressing, int around) {
   return Unpicking(garment, dressing.body, around).run(kApart * dressing.config.rest_gap, garment);

@@ -169,9 +169,12 @@ std::size_t merge_closed(const DressScene& scene, const Simulation& simulation,
 std::size_t move_together(const Simulation& simulation, Garment& garment, const Dressing& dressing,
                           double share);
 
-/// Separates merged pairs, `around` on each side, around the open ones of each stitch, so that a
-/// fold of cloth between its sides can come out. Returns whether it did; otherwise the garment is
-/// unchanged.
+/// Whether a layer of cloth lies between the two vertices of a pair, which no pull brings together.
+bool has_layer_between(const Garment& garment, std::span<const Edge> pairs);
+
+/// Separates merged pairs within `around` steps of open ones, along the seams and round their
+/// corners, so that a fold of cloth between their sides can come out. Returns whether it did;
+/// otherwise the garment is unchanged.
 bool unpick(Garment& garment, const Dressing& dressing, int around);
 
 /// Mean height of points by weight, m; without weights, each counts the same.

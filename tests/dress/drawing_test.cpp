@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A sewn garment is drawn into place, and a seam is unpicked around an open pair.
+// A garment is sewn and drawn into place, and a seam is unpicked around an open pair.
 #include <gtest/gtest.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/dressing.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
 
@@ -197,6 +198,61 @@ TEST(Unpicking, OpensTheSeamAroundAnOpenPairAlone) {
   // Nothing is open: nothing to unpick.
   detail::Garment closed = merged(start, pairs);
   EXPECT_FALSE(detail::unpick(closed, dressing, 3));
+}
+
+TEST(Unpicking, GoesRoundACornerWhereOtherSeamsEnd) {
+  const detail::Garment start = start_of(bodice_and_skirt(0.01));
+  const detail::Stitching& side = start.stitches[0];  // of the bodice, down to the waist
+  const auto height = [&](std::int32_t v) { return start.surface.vertices[start.corner[v]].z(); };
+  const std::size_t pairs = side.a.size();
+  const bool is_down = height(side.a.back()) < height(side.a.front());
+  detail::Garment garment = merged(start, is_down ? pairs - 2 : 1);
+  const TriangleMesh body = cone(0.05, 0.3);
+  const Methods methods;
+  const DressConfig config;
+  const DressObserver observer;
+  const detail::Deadline deadline(1e9);
+  ASSERT_TRUE(detail::unpick(garment, {body, config, methods, observer, deadline}, 3));
+  EXPECT_EQ(garment.open_pairs(0).size(), 5u) << "to the waist, and three up";
+  EXPECT_EQ(garment.open_pairs(1).size(), 0u);
+  EXPECT_EQ(garment.open_pairs(2).size() + garment.open_pairs(3).size(), 2u) << "of the skirt";
+  EXPECT_EQ(garment.open_pairs(4).size(), 2u) << "of the waist";
+  EXPECT_EQ(garment.open_pairs(5).size(), 2u);
+}
+
+TEST(Unpicking, SeesALayerBetweenTheSidesOfASeam) {
+  detail::Garment garment;
+  garment.surface.vertices = {{0, 0, -0.01},   {0, 0, 0.01}, {1, 0, -0.01}, {1, 0, 0.01},
+                              {-0.1, -0.1, 0}, {0.2, 0, 0},  {0, 0.2, 0}};
+  garment.surface.triangles = {{4, 5, 6}};
+  EXPECT_TRUE(detail::has_layer_between(garment, std::vector<Edge>{{2, 3}, {0, 1}}));
+  EXPECT_FALSE(detail::has_layer_between(garment, std::vector<Edge>{{2, 3}}));
+}
+
+TEST(Sewing, AHoodOfOthersClosesAtOnce) {
+  const std::filesystem::path shared =
+      std::filesystem::path(SELVEDGE_SOURCE_DIR) / "../shared/data/garments";
+  if (!std::filesystem::exists(shared)) GTEST_SKIP() << shared << " does not exist";
+  LoadConfig file;
+  file.up = UpAxis::y;
+  const TriangleMesh body = load_mesh(shared / "bodies/f_smpl_average_A40.obj", file);
+  const SewingPattern pattern = turned_upright(
+      read_sewing_pattern(shared / "patterns/hoody_mean_specification.json"), UpAxis::y);
+  GarmentMesh mesh = mesh_garment(pattern, {.edge_length = 0.02});
+  find_free_start(mesh, body, 0.5);
+  detail::Garment garment = detail::start_garment(mesh);
+  const Methods methods;
+  DressConfig config;
+  config.edge_length = 0.02;
+  const DressObserver observer;
+  const detail::Deadline deadline(1e9);
+  DressResult result = empty_result(pattern.stitches.size());
+  using detail::SeamChoice;
+  detail::sew(garment, {body, config, methods, observer, deadline}, DressPhase::sew,
+              {0.35, {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all}}, result);
+  EXPECT_TRUE(result.clean);
+  EXPECT_EQ(garment.open_pairs(), 0u);
+  EXPECT_LT(result.sew_time, 3.0) << "before, it was not closed after 7 s";
 }
 
 }  // namespace

@@ -9,9 +9,11 @@
 #include <selvedge/dress/detail/dressing.h>
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <map>
 #include <numeric>
+#include <set>
 #include <utility>
 
 namespace selvedge::detail {
@@ -27,13 +29,17 @@ class Unpicking {
 
   bool run(double way, Garment& out) {
     choose();
-    if (unpicked_.empty()) return false;
-    split();
-    for (int k = 0; k < kHalvings; ++k, way *= 0.5) {
-      move_apart(way);
-      if (!is_free()) continue;
-      out = std::move(split_);
-      return true;
+    while (!unpicked_.empty()) {
+      split();
+      std::set<std::int32_t> blocked;
+      for (int k = 0; k < kHalvings; ++k) {
+        move_apart(std::ldexp(way, -k));
+        blocked = blocked_vertices();
+        if (!blocked.empty()) continue;
+        out = std::move(split_);
+        return true;
+      }
+      if (!keep(blocked)) return false;
     }
     return false;
   }
@@ -101,6 +107,7 @@ class Unpicking {
       const std::int32_t a = root_of(pair[0]), b = root_of(pair[1]);
       root[std::max(a, b)] = std::min(a, b);
     }
+    before_.clear();
     split_ = garment_;
     split_.surface.vertices.clear();
     split_.velocity.clear();
@@ -137,25 +144,49 @@ class Unpicking {
         split_.surface.vertices[v] += way * (sum[v] / count[v] - start_[v]).normalized();
   }
 
-  /// Whether nothing meets afterwards, and nothing but the former neighbours on the way.
-  bool is_free() const {
+  /// Leaves the pairs with one of these vertices as they are, crumpled as the cloth may be there.
+  /// Returns whether there were any.
+  bool keep(const std::set<std::int32_t>& vertices) {
+    const auto kept =
+        std::stable_partition(unpicked_.begin(), unpicked_.end(), [&](const Edge& pair) {
+          return !vertices.contains(split_.corner[pair[0]]) &&
+                 !vertices.contains(split_.corner[pair[1]]);
+        });
+    const bool any = kept != unpicked_.end();
+    kept_.insert(kept_.end(), kept, unpicked_.end());
+    unpicked_.erase(kept, unpicked_.end());
+    return any;
+  }
+
+  /// The vertices that meet anything afterwards, or anything but former neighbours on the way.
+  std::set<std::int32_t> blocked_vertices() const {
     const std::vector<Vec3>& x = split_.surface.vertices;
     const std::vector<Triangle>& triangles = split_.surface.triangles;
-    if (!find_meetings(x, triangles).empty()) return false;
-    if (!find_collisions(MovingSurface{start_, x, triangles},
-                         {body_.vertices, body_.vertices, body_.triangles})
-             .empty())
-      return false;
+    std::set<std::int32_t> found;
+    for (const TrianglePair& pair : find_meetings(x, triangles).all())
+      for (const std::int32_t t : {pair.triangle_a, pair.triangle_b})
+        found.insert(triangles[t].begin(), triangles[t].end());
+    const auto add = [&](const Collision& c, std::size_t begin, std::size_t end) {
+      found.insert(c.vertex.begin() + static_cast<std::ptrdiff_t>(begin),
+                   c.vertex.begin() + static_cast<std::ptrdiff_t>(end));
+    };
+    const auto first_of = [](const Collision& c) {  // the end of the first primitive
+      return std::size_t{c.kind == ContactKind::edge_edge ? 2u : 1u};
+    };
+    for (const Collision& c : find_collisions(MovingSurface{start_, x, triangles},
+                                              {body_.vertices, body_.vertices, body_.triangles})) {
+      const bool is_body_first = c.kind == ContactKind::triangle_point;
+      add(c, is_body_first ? first_of(c) : 0, is_body_first ? c.vertex.size() : first_of(c));
+    }
     for (const Collision& c : find_collisions(start_, x, triangles)) {
-      const std::size_t first =
-          c.kind == ContactKind::edge_edge ? 2 : 1;  // of the second primitive
+      const std::size_t first = first_of(c);
       bool were_neighbours = false;
       for (std::size_t i = 0; i < first; ++i)
         for (std::size_t k = first; k < c.vertex.size(); ++k)
           were_neighbours = were_neighbours || before_[c.vertex[i]] == before_[c.vertex[k]];
-      if (!were_neighbours) return false;
+      if (!were_neighbours) add(c, 0, c.vertex.size());
     }
-    return true;
+    return found;
   }
 
   const Garment& garment_;

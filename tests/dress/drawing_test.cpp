@@ -220,6 +220,30 @@ TEST(Unpicking, GoesRoundACornerWhereOtherSeamsEnd) {
   EXPECT_EQ(garment.open_pairs(5).size(), 2u);
 }
 
+TEST(Unpicking, LeavesAPairThatCannotMoveAndOpensTheOthers) {
+  const detail::Garment start = start_of(tube(0.6, 0.6, 0.32));
+  const std::size_t open = start.stitches[0].a.size() / 2;
+  detail::Garment garment = merged(start, open);
+  const Vec3 x = garment.surface.vertices[garment.corner[start.stitches[0].a[open + 2]]];
+  TriangleMesh body;  // a triangle on each side of that vertex, in the way of both panels
+  for (const double side : {-1e-7, 1e-7}) {
+    const auto first = static_cast<std::int32_t>(body.vertices.size());
+    body.triangles.push_back({first, first + 1, first + 2});
+    for (const Vec3& corner :
+         {Vec3(-1e-3, side, -1e-3), Vec3(1e-3, side, -1e-3), Vec3(0, side, 2e-3)})
+      body.vertices.push_back(x + corner);
+  }
+  const Methods methods;
+  const DressConfig config;
+  const DressObserver observer;
+  const detail::Deadline deadline(1e9);
+  ASSERT_TRUE(detail::unpick(garment, {body, config, methods, observer, deadline}, 3));
+  EXPECT_GE(garment.open_pairs(), 4u);
+  EXPECT_LT(garment.open_pairs(), 7u);
+  EXPECT_EQ(garment.corner[start.stitches[0].a[open + 2]],
+            garment.corner[start.stitches[0].b[open + 2]]);
+}
+
 TEST(Unpicking, SeesALayerBetweenTheSidesOfASeam) {
   detail::Garment garment;
   garment.surface.vertices = {{0, 0, -0.01},   {0, 0, 0.01}, {1, 0, -0.01}, {1, 0, 0.01},

@@ -295,10 +295,11 @@ detail::Garment make_start(const SewingPattern& pattern, const DressConfig& conf
   return detail::start_garment(panels, config.under, config.held_labels);
 }
 
-/// Tried in this order. Seams that span the body come before a waist seam that could pull the
-/// shoulders down, and gathered seams before the others, while their folds still have space. A
-/// garment without gathers may have sleeves that start between front and back: they come out only
-/// if each half is joined before the halves are.
+/// Tried in this order. Stiff panels do not fold into the seams as soft ones may, but a stiff
+/// bodice may close below the shoulders: they come second. Seams that span the body come before a
+/// waist seam that could pull the shoulders down, and gathered seams before the others, while their
+/// folds still have space. A garment without gathers may have sleeves that start between front and
+/// back: they come out only if each half is joined before the halves are.
 std::vector<detail::SewAttempt> sew_attempts(const detail::Garment& garment) {
   using detail::SeamChoice;
   const bool is_gathered =
@@ -308,9 +309,11 @@ std::vector<detail::SewAttempt> sew_attempts(const detail::Garment& garment) {
       is_gathered
           ? detail::SewAttempt{0.35, {SeamChoice::gathered, SeamChoice::spanning, SeamChoice::all}}
           : detail::SewAttempt{0.2, {SeamChoice::halves, SeamChoice::all}};
-  return {{0.35, {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all}},
-          second,
-          {0.2, {SeamChoice::all}}};
+  const detail::SewAttempt first{0.35,
+                                 {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all}};
+  detail::SewAttempt soft = first, stiff = first;
+  soft.gives_up = stiff.is_stiff = true;
+  return {soft, stiff, second, {0.2, {SeamChoice::all}}};
 }
 
 /// A failure with what the mesh says about the pattern, which may be its cause.

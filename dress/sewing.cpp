@@ -27,8 +27,9 @@ constexpr int kMostReleases = 3;        // of an attempt
 constexpr int kUnpicked = 3;            // pairs beside open ones, more of them each time
 constexpr double kReleaseTime = 0.3;    // s, without a pull
 constexpr double kReleaseLonger = 1.5;  // s, by which each release lengthens the sewing
-// Soft panels that meet at their edges fold into the seams, and no pull brings a fold out again.
-// Panels as stiff as card slide past each other.
+// Soft panels that meet at their edges may fold into the seams, and no pull brings a fold out
+// again. Panels as stiff as card slide past each other; but a stiff bodice may close below the
+// shoulders.
 constexpr double kCard = 3e-3;          // N·m, bending stiffness, 300 times that of a knit
 constexpr double kAroundOpening = 0.1;  // m, in which the stretch beside an open pair is measured
 /// Share of their first opening at which seams that span the body enclose it.
@@ -45,6 +46,8 @@ class Sewing {
         result_(result),
         merge_share_(attempt.merge_share),
         stages_(attempt.stages),
+        is_stiff_(attempt.is_stiff),
+        gives_up_(attempt.gives_up),
         pull_(config_.pull),
         longest_s_(config_.sew_time) {}
 
@@ -88,6 +91,7 @@ class Sewing {
 
   /// Factor of the bending stiffness.
   double stiffening() const {
+    if (!is_stiff_ && releases_ == 0) return 1.0;
     const double own = config_.fabric.bending_stiffness;
     return own > 0.0 ? std::max(1.0, kCard / own) : 1.0;
   }
@@ -191,7 +195,10 @@ class Sewing {
     openings_.clear();
     const bool is_largest = pull_ >= config_.largest_pull;
     if (!is_last_stage() && (is_largest || stage() == SeamChoice::spanning)) return go_on();
-    if (is_last_stage() && can_release() && is_blocked()) return release();
+    if (is_last_stage() && can_release() && is_blocked()) {
+      is_stuck_ = gives_up_;
+      return is_stuck_ ? void() : release();
+    }
     const bool is_farthest = is_largest && merge_share_ >= kFarthest;
     if (is_farthest && merge_blocked()) return;
     if (is_farthest && can_release()) return release();
@@ -270,6 +277,7 @@ class Sewing {
   DressResult& result_;
   double merge_share_;
   std::vector<SeamChoice> stages_;
+  bool is_stiff_, gives_up_;
   std::size_t stage_ = 0;
   double opening_at_start_ = 0.0;  // m, mean of the open pairs that pull, when the stage began
   double pull_;                    // N per metre of seam

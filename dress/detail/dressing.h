@@ -205,6 +205,8 @@ double closed_opening(const DressConfig& config);
 struct SewAttempt {
   double merge_share = 0.35;       ///< distance at which pairs merge, in spacings of their seam
   std::vector<SeamChoice> stages;  ///< the seams that pull, one choice after the other
+  bool is_stiff = false;           ///< panels as stiff as card
+  bool gives_up = false;           ///< ends where cloth lies in a seam, for a stiff attempt follows
 };
 
 /// Closes and merges all seams; in the phase `close`, zips and buttons as well. Throws DressFailed

@@ -253,7 +253,7 @@ TEST(Unpicking, SeesALayerBetweenTheSidesOfASeam) {
   EXPECT_FALSE(detail::has_layer_between(garment, std::vector<Edge>{{2, 3}}));
 }
 
-TEST(Sewing, AHoodOfOthersClosesAtOnce) {
+TEST(Sewing, AStiffHoodOfOthersClosesAtOnce) {
   const std::filesystem::path shared =
       std::filesystem::path(SELVEDGE_SOURCE_DIR) / "../shared/data/garments";
   if (!std::filesystem::exists(shared)) GTEST_SKIP() << shared << " does not exist";
@@ -273,10 +273,13 @@ TEST(Sewing, AHoodOfOthersClosesAtOnce) {
   DressResult result = empty_result(pattern.stitches.size());
   using detail::SeamChoice;
   detail::sew(garment, {body, config, methods, observer, deadline}, DressPhase::sew,
-              {0.35, {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all}}, result);
+              {.merge_share = 0.35,
+               .stages = {SeamChoice::spanning, SeamChoice::gathered, SeamChoice::all},
+               .is_stiff = true},
+              result);
   EXPECT_TRUE(result.clean);
   EXPECT_EQ(garment.open_pairs(), 0u);
-  EXPECT_LT(result.sew_time, 3.0) << "before, it was not closed after 7 s";
+  EXPECT_LT(result.sew_time, 3.0) << "soft, it was not closed after 7 s";
 }
 
 }  // namespace

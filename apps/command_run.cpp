@@ -43,15 +43,6 @@ void draw(const std::filesystem::path& out, int frame) {
   render_result_frame(out, frame, {}, numbered(out / "pictures", "frame", frame, 5, ".png"));
 }
 
-/// The detector of the scene that may miss collisions; "" if none may.
-std::string missing_detector(const Scene& scene, const Methods& methods) {
-  const ContactSpec& contact = scene.contact;
-  if (methods.broad_phases.at(contact.broad_phase).traits().guarantee == Guarantee::approximate)
-    return contact.broad_phase;
-  const auto narrow = methods.narrow_phases.at(contact.narrow_phase)(contact.narrow_phase_options);
-  return narrow->traits().misses_nothing ? "" : contact.narrow_phase;
-}
-
 // What the scene prescribes crosses: handles hold cloth inside bodies.
 std::string held_inside(const RunResult& r) {
   const auto count = r.counters.find("max_held_inside_bodies");
@@ -60,26 +51,29 @@ std::string held_inside(const RunResult& r) {
                      counted(static_cast<long>(count->second), "vertex", "vertices"));
 }
 
-std::string clean_line(const Scene& scene, const Methods& methods, const RunResult& r) {
+/// Says no more than what was checked.
+std::string nothing_passed(const RunResult& r, bool beside_tangles) {
+  if (r.unchecked.empty())
+    return beside_tangles ? "nothing else passed through" : "nothing passed through anything";
+  return fmt::format("no {}crossing in any frame; {}", beside_tangles ? "other " : "", r.unchecked);
+}
+
+std::string clean_line(const Scene& scene, const RunResult& r) {
   const TangleReport& t = r.tangle;
+  const std::string else_passed = nothing_passed(r, true);
   if (t.jams > 0 && t.start_pairs == 0 && r.clean_elsewhere)
-    return fmt::format(
-        "NO: bodies left cloth no room {}{}; its vertices are flagged, nothing else "
-        "passed through",
-        t.jams == 1 ? "once" : fmt::format("{} times", t.jams), held_inside(r));
-  const std::string misses = missing_detector(scene, methods);
-  if (t.start_pairs == 0 && r.clean && !misses.empty())
-    return fmt::format("yes: no crossing in any frame; {} may miss collisions between frames",
-                       misses);
-  if (t.start_pairs == 0 || !r.clean_elsewhere)
-    return r.clean ? "yes: nothing passed through anything" : "NO: something passed through";
+    return fmt::format("NO: bodies left cloth no room {}{}; its vertices are flagged, {}",
+                       t.jams == 1 ? "once" : fmt::format("{} times", t.jams), held_inside(r),
+                       else_passed);
+  if (t.start_pairs == 0 && r.clean) return "yes: " + nothing_passed(r, false);
+  if (t.start_pairs == 0 || !r.clean_elsewhere) return "NO: something passed through";
   const std::string start =
       fmt::format("{} of triangles crossed at the start", counted(t.start_pairs, "pair"));
   if (r.clean)
-    return fmt::format("yes, from {:.4f} s (frame {:.0f}) on: {}, nothing else passed through",
-                       t.until_s, std::ceil(t.until_s * scene.time.fps), start);
-  return fmt::format("NO: {}, {} still do{}; nothing else passed through", start, t.pairs,
-                     t.given_up ? ", and no way out was found" : "");
+    return fmt::format("yes, from {:.4f} s (frame {:.0f}) on: {}, {}", t.until_s,
+                       std::ceil(t.until_s * scene.time.fps), start, else_passed);
+  return fmt::format("NO: {}, {} still do{}; {}", start, t.pairs,
+                     t.given_up ? ", and no way out was found" : "", else_passed);
 }
 
 /// The most vertices with a flag in one frame, the start included.
@@ -103,13 +97,12 @@ void print_pinched(const RunResult& r) {
         count);
 }
 
-void print_summary(const Scene& scene, const Methods& methods, const RunResult& r,
-                   const std::filesystem::path& out) {
+void print_summary(const Scene& scene, const RunResult& r, const std::filesystem::path& out) {
   constexpr double megabyte = 1e6;
   fmt::print("{}: {}, {} in {:.1f} s, at most {:.0f} MB; results in {}\n", printable(scene.name),
              counted(r.frames, "frame"), counted(r.steps, "step"), r.wall_s,
              r.peak_bytes / megabyte, printable(out.string()));
-  fmt::print("clean        {}\n", clean_line(scene, methods, r));
+  fmt::print("clean        {}\n", clean_line(scene, r));
   fmt::print("max stretch  {:.2f} %{}\n", 100.0 * r.max_stretch, over_strain(r));
   print_pinched(r);
   if (const auto& gains = r.ledger.at("balance"); gains.at("gained_steps") > 0.0)
@@ -171,7 +164,7 @@ int run_command(const RunOptions& options) {
   if (options.json)
     print_file(config.out / "result.json");
   else
-    print_summary(scene, methods, result, config.out);
+    print_summary(scene, result, config.out);
   const bool carried = scene.contact.carry_tangled && result.clean_elsewhere;
   return (result.clean || carried) && result.stopped.empty() ? 0 : 1;
 }

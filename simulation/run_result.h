@@ -77,7 +77,11 @@ struct RunResult {
   /// No accepted state and no straight path between two of them has an intersection. A run that
   /// started tangled: none from tangle.until_s on, and before it none outside of the tangles. False
   /// after a jam, and while the last step failed.
+  /// Where `unchecked` says so, the paths were not searched.
   bool clean = true;
+  /// What may have passed through something between two frames without being noticed, because the
+  /// scene does not have it searched: clauses joined by ", "; "" if every path was searched.
+  std::string unchecked;
   bool clean_elsewhere = true;  ///< no intersection outside of tangles and jams
   int frames = 0;               ///< written, the start frame included
   int steps = 0;                ///< accepted
@@ -176,6 +180,7 @@ struct Fields<RunResult> {
   static void visit(Visitor&& visitor) {
     using R = RunResult;
     visitor("clean", &R::clean, column(Merge::last));
+    visitor("unchecked", &R::unchecked, FieldRule{Merge::last});
     visitor("clean_elsewhere", &R::clean_elsewhere, FieldRule{Merge::both});
     visitor("frames", &R::frames, FieldRule{Merge::last});
     visitor("steps", &R::steps, column(Merge::last));

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 extern char** environ;
@@ -148,6 +149,36 @@ TEST_F(Program, ADetectorThatMayMissCollisionsIsNamedInTheVerdict) {
               "clean        yes: no crossing in any frame; ccd_root_parity may miss collisions");
   EXPECT_SAYS(run_small("b", "--set contact.narrow_phase=ccd_inclusion").out,
               "clean        yes: nothing passed through anything");
+  EXPECT_EQ(result("b")["unchecked"], "");
+}
+
+// Each scene lets a sheet pass through another one within a frame.
+TEST_F(Program, TheVerdictNamesThePathsThatTheSceneLeavesUnchecked) {
+  write("two.json", R"({
+    "geometry": [{"name": "upper", "size": [0.3, 0.3], "cells": [4, 4], "velocity": [0, 0, -20],
+                  "transformation": {"translation": [0.01, 0, 0.2]}},
+                 {"name": "lower", "size": [0.3, 0.3], "cells": [4, 4]}],
+    "time": {"frames": 3, "fps": 24}})");
+  write("sheets.obj",
+        "v -.2 -.2 0\nv .2 -.2 0\nv .2 .2 0\nv -.2 .2 0\nv -.15 -.13 .2\nv .13 -.13 .2\n"
+        "v .13 .15 .2\nv -.15 .15 .2\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n");
+  write("one.json", R"({
+    "geometry": [{"name": "sheets", "mesh": "sheets.obj"}],
+    "handles": [{"name": "lower", "select": {"box": [[-1, -1, -0.1], [1, 1, 0.1]]}}],
+    "time": {"frames": 1, "fps": 2}})");
+  const std::string apart = R"('contact.pairs=[{"a": "upper", "b": "lower", "collide": false}]')";
+  for (const auto& [scene, set, says] :
+       {std::tuple("two", std::string("contact.self=false"), "against itself between frames"),
+        std::tuple("two", apart, "1 of 3 pairs of surfaces were not checked between frames"),
+        std::tuple("one", std::string("contact.self=false"), "against itself between frames")}) {
+    const Outcome o = run(std::string("run ") + scene + ".json --no-pictures --overwrite --out " +
+                          scene + " --set " + set);
+    EXPECT_EQ(o.code, 0) << o.err;
+    EXPECT_SAYS(o.out, "clean        yes: no crossing in any frame; ");
+    EXPECT_SAYS(o.out, says);
+    EXPECT_SAYS(result(scene)["unchecked"].get<std::string>(), says);
+    EXPECT_EQ(o.out.find("nothing passed"), std::string::npos) << o.out;
+  }
 }
 
 TEST_F(Program, JsonPrintsTheResult) {

@@ -2,6 +2,7 @@
 //
 // How a simulation starts: its methods, its first state, and the starts that it refuses.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <selvedge/core/base/internal/floating_point.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/simulation/detail/handles.h>
@@ -58,6 +59,28 @@ void note_critical_step(const Scene& scene, const BuiltScene& built, const Metho
   result.counters["max_provot_stiffness_N_per_m"] = step.provot_stiffness;
 }
 
+/// The detector of the scene that may miss collisions; "" if none may.
+std::string missing_detector(const ContactSpec& contact, const Methods& methods) {
+  if (methods.broad_phases.at(contact.broad_phase).traits().guarantee == Guarantee::approximate)
+    return contact.broad_phase;
+  const auto narrow = methods.narrow_phases.at(contact.narrow_phase)(contact.narrow_phase_options);
+  return narrow->traits().misses_nothing ? "" : contact.narrow_phase;
+}
+
+/// RunResult::unchecked.
+std::string unchecked_between_frames(const Scene& scene, const Methods& methods) {
+  std::vector<std::string> parts;
+  if (!scene.contact.self)
+    parts.emplace_back("cloth was not checked against itself between frames (contact.self: false)");
+  if (const ContactPairs pairs(scene); pairs.excluded() > 0)
+    parts.push_back(
+        fmt::format("{} of {} pairs of surfaces were not checked between frames (collide: false)",
+                    pairs.excluded(), pairs.count()));
+  if (const std::string misses = missing_detector(scene.contact, methods); !misses.empty())
+    parts.push_back(misses + " may miss collisions between frames");
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 }  // namespace
 
 namespace detail {
@@ -101,6 +124,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
         scene.solver.integrator));
   if (!methods.traits.is_implicit)
     detail::refuse_unfit_response(scene, m.responses, *methods.response, built.cloth.mass);
+  result.unchecked = unchecked_between_frames(scene, m);
   state.x = built.cloth.surface.vertices;
   state.v = built.velocity;
   note_memory();

@@ -116,6 +116,7 @@ TEST_F(Output, ResultHasTheFieldsOthersReadWithTheirValues) {
 RunResult filled_result() {
   RunResult r = example_result();
   r.clean_elsewhere = false;
+  r.unchecked = "cloth was not checked";
   r.rest = {
       .at_rest = true, .unbalanced = 0.0005, .max_speed = 0.002, .vertex = 7, .verdict = "at rest"};
   r.tangle = {.start_pairs = 11,
@@ -158,6 +159,7 @@ TEST_F(Output, TheFieldsOfAResultKeepTheirOrder) {
   const auto json = nlohmann::ordered_json::parse(result_text(RunResult()));
   for (const auto& [name, value] : json.items()) names.push_back(name);
   EXPECT_EQ(names, (std::vector<std::string>{"clean",
+                                             "unchecked",
                                              "clean_elsewhere",
                                              "frames",
                                              "steps",

@@ -457,7 +457,8 @@ class Simulation:
 
     @property
     def clean(self) -> bool:
-        """No accepted state and no path between two of them had an intersection."""
+        """No accepted state and no path between two of them had an intersection; `result()` says in
+        "unchecked" which paths were not searched."""
         return bool(self.result()["clean"])
 
     @property

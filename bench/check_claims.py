@@ -81,6 +81,8 @@ def fault_of_python(name, words):
 
 def fault_of(claim, command):
     program, *words = shlex.split(command)
+    if "/" in program and not os.access(ROOT / program, os.X_OK):
+        return f"{program} cannot be run"
     if program == "bench":
         return fault_of_bench(words)
     if program in ("bench/survey_size.py", "bench/survey_figures.py"):
@@ -150,9 +152,9 @@ def run(command, programs):
 
 
 def is_exact(row):
-    """Whether every run gives the same figure: a count, an error, or an interval without a width."""
+    """Whether every run gives the same figure: a count, an error, a mean of fixed draws, or an interval without a width."""
     ends = [value for value, _ in numbers(row["interval"].removeprefix("95 %"))]
-    return row["interval"] == "exact" or len(ends) == 2 and ends[0] == ends[1]
+    return row["interval"].endswith("exact") or len(ends) == 2 and ends[0] == ends[1]
 
 
 def faults_of_figures(table, commands, programs):

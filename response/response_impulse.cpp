@@ -13,8 +13,8 @@
 // is the one after an impact at its own time within the step, so that the height of a bounce does
 // not depend on where the step began.
 //
-// Guarantee: the momentum of free particles and anchors is kept to rounding. For e = 0 no energy is
-// added. A violated gap grows back without adding velocity.
+// Guarantee: the momentum of free particles and anchors is kept to rounding. For e = 0 no kinetic
+// energy is added. A violated gap grows back without adding velocity.
 #include <selvedge/response/detail/contact_sweeps.h>
 #include <selvedge/response/detail/response_options.h>
 

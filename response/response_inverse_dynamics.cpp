@@ -14,8 +14,8 @@
 // contacts, each sees the effect of the others (contact_sweeps.h): forces that are all computed
 // from one state would be too large together.
 //
-// Guarantee: the forces are equal and opposite; momentum is kept and no energy is added. There is
-// no friction. A violated gap is not restored.
+// Guarantee: the forces are equal and opposite; momentum is kept and no kinetic energy is added.
+// There is no friction. A violated gap is not restored.
 #include <selvedge/response/detail/contact_sweeps.h>
 
 #include <limits>

@@ -12,7 +12,9 @@
 // velocity unchanged, as the survey's text may be read, lets the velocity of resting cloth grow by
 // g h in every step. A correction of a gap that was too small at the start adds no velocity.
 //
-// Guarantee: momentum is kept and no energy is added.
+// Guarantee: momentum is kept and no kinetic energy is added. Work against weight and springs, as
+// by lifting a particle onto the offset, is not counted here; the energy balance of a run counts
+// it.
 #include <selvedge/response/detail/contact_sweeps.h>
 
 #include <algorithm>

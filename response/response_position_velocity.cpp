@@ -6,7 +6,7 @@
 // 51, Coulomb friction on the path) and reflects the velocity as `reflection` does (eq. 49,
 // restitution and a retained share of the tangential part). The errata of those two files apply.
 //
-// Guarantee: momentum is kept; no energy is added for a restitution of 0.
+// Guarantee: momentum is kept; no kinetic energy is added for a restitution of 0.
 #include <selvedge/response/detail/contact_sweeps.h>
 #include <selvedge/response/detail/response_options.h>
 

@@ -10,7 +10,8 @@
 // used. C_refl is the restitution. Two free primitives change their relative velocity in the same
 // way, by impulses that sum to zero.
 //
-// Guarantee: momentum is kept; no energy is added for C_refl = 0. A violated gap is not restored.
+// Guarantee: momentum is kept; no kinetic energy is added for C_refl = 0. A violated gap is not
+// restored.
 #include <selvedge/response/detail/contact_sweeps.h>
 #include <selvedge/response/detail/response_options.h>
 

@@ -268,6 +268,19 @@ std::string hash_of(const SimulationHandle& now) {
   return hash;
 }
 
+TEST(CInterface, SaysThatASceneLeavesPathsUnchecked) {
+  std::string text = kScene;
+  text.insert(text.rfind('}'), R"(, "contact": {"self": false})");
+  const auto read = made<SceneHandle>(
+      [&](selvedge_scene** out) { return selvedge_scene_create(text.c_str(), nullptr, out); });
+  const auto now = made<SimulationHandle>([&](selvedge_simulation** out) {
+    return selvedge_simulation_create(read.get(), nullptr, 0, out);
+  });
+  double unchecked = 0.0;
+  ASSERT_EQ(selvedge_simulation_figure(now.get(), "unchecked", &unchecked), SELVEDGE_OK);
+  EXPECT_EQ(unchecked, 1.0);
+}
+
 TEST(CInterface, StepsTheSameStatesAsTheLibrary) {
   const SimulationHandle now = simulation();
   const SceneHandle read = scene();
@@ -295,6 +308,9 @@ TEST(CInterface, StepsTheSameStatesAsTheLibrary) {
   double clean = 0.0, kinetic = 0.0;
   ASSERT_EQ(selvedge_simulation_figure(now.get(), "clean", &clean), SELVEDGE_OK);
   EXPECT_EQ(clean, 1.0);
+  double unchecked = 1.0;
+  ASSERT_EQ(selvedge_simulation_figure(now.get(), "unchecked", &unchecked), SELVEDGE_OK);
+  EXPECT_EQ(unchecked, 0.0);
   ASSERT_EQ(selvedge_simulation_figure(now.get(), "energy.kinetic", &kinetic), SELVEDGE_OK);
   EXPECT_EQ(kinetic, expected.energies().at("kinetic"));
   const auto contacts = made<Contacts>(

@@ -248,8 +248,8 @@ SELVEDGE_API int selvedge_simulation_move_body(selvedge_simulation* simulation, 
 SELVEDGE_API int selvedge_simulation_contacts(selvedge_simulation* simulation,
                                               selvedge_contacts** out);
 /* A figure of the run since the start, by its name in result.json: "clean" (1 or 0),
-   "max_stretch", "steps", or a counter such as "contacts"; or an energy in J: "energy.kinetic",
-   "energy.gravity". */
+   "unchecked" (1: paths between frames were not all searched), "max_stretch", "steps", or a counter
+   such as "contacts"; or an energy in J: "energy.kinetic", "energy.gravity". */
 SELVEDGE_API int selvedge_simulation_figure(selvedge_simulation* simulation, const char* name,
                                             double* out);
 /* 16 hex digits of the positions and velocities, and a zero: equal states have equal hashes. */

@@ -58,7 +58,9 @@ std::map<std::string, double> figures_of(const RunResult& result) {
 }
 
 double figure_of(const Simulation& simulation, const char* name) {
-  std::map<std::string, double> figures = figures_of(simulation.result());
+  const RunResult result = simulation.result();
+  std::map<std::string, double> figures = figures_of(result);
+  figures["unchecked"] = result.unchecked.empty() ? 0.0 : 1.0;
   for (const auto& [energy, joule] : simulation.energies()) figures["energy." + energy] = joule;
   return figure_named(name, figures);
 }

@@ -173,7 +173,9 @@ class Drape {
   judge() {
     const v = selvedge.judge({ x0: this.x, triangles: this.triangles }, { body: { x0: this.bodyX, triangles: this.bodyTriangles }, rest: this.rest });
     const crossings = v.selfCrossings + v.bodyCrossings, clean = crossings === 0 && v.insideVertices === 0 && this.simulation.figure('clean') === 1;
-    showVerdict(page('drape_verdict'), clean, clean ? 'Clean: nothing passed through anything.' : 'Not clean.', [
+    const verdict = this.simulation.figure('unchecked') === 0 ? 'Clean: nothing passed through anything.'
+      : 'No crossing now; this method may have missed collisions before.';
+    showVerdict(page('drape_verdict'), clean, clean ? verdict : 'Not clean.', [
       ['cloth crosses itself', v.selfCrossings], ['cloth crosses body', v.bodyCrossings], ['vertices inside the body', v.insideVertices],
       ['largest stretch', `${(100 * v.maxStretch).toFixed(1)} %`], ['steps', this.simulation.steps], ['state', this.simulation.hash]]);
   }

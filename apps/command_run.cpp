@@ -109,6 +109,8 @@ void print_summary(const Scene& scene, const RunResult& r, const std::filesystem
     fmt::print("energy       numerical errors added {:.3g} J in {}; shorten the steps\n",
                gains.at("energy_gained_J"),
                counted(static_cast<long>(gains.at("gained_steps")), "step"));
+  else if (gains.at("steps") == 0.0 && r.steps > 0)
+    fmt::print("energy       not checked: no step of this run has a balance\n");
   fmt::print("rest         {}\n", printable(r.rest.verdict));
   fmt::print("seconds     ");
   for (const auto& [phase, seconds] : r.phase_s) fmt::print(" {} {:.2f}", phase, seconds);

@@ -181,6 +181,13 @@ TEST_F(Program, TheVerdictNamesThePathsThatTheSceneLeavesUnchecked) {
   }
 }
 
+TEST_F(Program, ARunSaysThatNoStepHadAnEnergyBalance) {
+  const std::string says = "energy       not checked";
+  EXPECT_EQ(run_small("a").out.find(says), std::string::npos);
+  EXPECT_SAYS(run_small("b", "--set solver.integrator=implicit_kang").out, says);
+  EXPECT_SAYS(run_small("c", "--set contact.response=penalty").out, says);
+}
+
 TEST_F(Program, JsonPrintsTheResult) {
   const Outcome o = run_small("r", "--json");
   EXPECT_EQ(Json::parse(o.out, nullptr, false), result("r"));

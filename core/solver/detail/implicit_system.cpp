@@ -37,6 +37,11 @@ constexpr double kDrift = 1e-4;
 // Rounding of a point on a line and of its share of the way, by its greatest coordinate.
 constexpr double kOnLine = 1e-14;
 
+// A particle is heavy if it has more than this multiple of the harmonic mean of the masses. What
+// hangs from light cloth, or lies on it, must not set the accuracy of the cloth: with heavy
+// particles, each counts for the scale of the residual with at most that mean.
+constexpr double kHeavy = 16.0;
+
 /// Sum of body(begin, end) over ranges of n particles.
 template <class Body>
 double sum_particles(std::size_t n, const Body& body) {
@@ -126,6 +131,29 @@ void ImplicitSystem::hold(const Particles& particles) {
     mass_[i] = particles.mass[i];
     free_[i] = particles.inv_mass[i] > 0.0;
   });
+  find_heavy(particles);
+}
+
+void ImplicitSystem::find_heavy(const Particles& particles) {
+  double free = 0.0, inverse = 0.0, heaviest = 0.0;
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    if (!(particles.inv_mass[i] > 0.0)) continue;
+    free += 1.0;
+    inverse += 1.0 / mass_[i];
+    heaviest = std::max(heaviest, mass_[i]);
+  }
+  light_ = free / inverse;
+  has_heavy_ = heaviest > kHeavy * light_;
+}
+
+/// Impulses as they count for the scale of the residual: x itself or, with heavy particles, `out`.
+std::span<const Vec3> ImplicitSystem::for_scale(std::span<const Vec3> x,
+                                                std::span<Vec3> out) const {
+  if (!has_heavy_) return x;
+  for_particles(x.size(), [&](std::size_t i) {
+    out[i] = std::sqrt(std::min(1.0, light_ / mass_[i])) * x[i];
+  });
+  return out;
 }
 
 /// share·M + gain·J(tau).
@@ -221,10 +249,11 @@ double ImplicitSystem::residual_norm(std::span<const ImplicitTerm> terms, std::s
   return std::sqrt(sum);
 }
 
-double ImplicitSystem::residual_scale() const {
+double ImplicitSystem::residual_scale() {
+  const std::span<const Vec3> applied = for_scale(applied_, p_);
   double from_outside = 0.0, all = 0.0;
   for (std::size_t i = 0; i < applied_.size(); ++i) {
-    from_outside += applied_[i].squaredNorm() / mass_[i];
+    from_outside += applied[i].squaredNorm() / mass_[i];
     all += magnitude_[i].squaredNorm() / mass_[i];
   }
   return std::sqrt(std::max(from_outside, kRoundingShare * kRoundingShare * all));
@@ -351,7 +380,8 @@ void ImplicitSystem::start(std::span<Vec3> v) {
   note_begin();
   load(r_old_, other_);
   const double kept = other_.rz;
-  scale_ = std::max(kept, squared_above(kept, applied_, 1.0));
+  scale_ = has_heavy_ ? squared_above(0.0, for_scale(r_old_, r_), 1.0) : kept;
+  scale_ = std::max(scale_, squared_above(scale_, for_scale(applied_, r_), 1.0));
   scale_ = std::max(scale_, squared_above(scale_, magnitude_, kRoundingShare));
   const bool keeps = std::equal(p_.begin(), p_.end(), v.begin());
   if (!keeps) {
@@ -529,8 +559,8 @@ double ImplicitSystem::start_in_double(std::span<Vec3> v) {
     scaled_in_ = Norm::block_jacobi;
     set_old_velocities(v, p_);
     residual(p_, r_old_, Accuracy::exact);
-    scale_ = std::max(
-        {kRoundingShare * kRoundingShare * square(magnitude_), square(applied_), square(r_old_)});
+    scale_ = std::max({kRoundingShare * kRoundingShare * square(magnitude_),
+                       square(for_scale(applied_, r_)), square(for_scale(r_old_, r_))});
   }
   residual(v, r_, Accuracy::exact);
   return square(r_);

@@ -64,7 +64,7 @@ class ImplicitSystem {
   double residual_norm(std::span<const ImplicitTerm> terms, std::span<const Vec3> v);
   /// The scale for residual_norm: the same norm of the impulse of external forces, or of the
   /// rounding error of all forces if that is larger.
-  double residual_scale() const;
+  double residual_scale();
   /// The impulses of the forces of the system assembled last at these velocities, contacts left
   /// out. `from`: the velocities to which add_jacobian_times has shifted its linearisation; zero if
   /// it has not. Both share and gain of the system must be those of `assemble`.
@@ -83,6 +83,8 @@ class ImplicitSystem {
  private:
   void set_matrix(const SystemAt& system, double tau, double share, double gain);
   void set_changed_matrix();
+  void find_heavy(const Particles& particles);
+  std::span<const Vec3> for_scale(std::span<const Vec3> x, std::span<Vec3> out) const;
   void add_forces(const ForceState& state, double h);
   /// A residual in single precision, divided by a power of two.
   struct LaneResidual {
@@ -138,6 +140,8 @@ class ImplicitSystem {
   std::vector<Vec3> v_old_, zeros_;
   std::vector<double> mass_;
   double share_ = 1.0;
+  double light_ = 0.0;                    // kg, harmonic mean of the free particles
+  bool has_heavy_ = false;                // see for_scale
   std::vector<char> free_;                // 0: held
   const Followers* followers_ = nullptr;  // of the step; see Particles
   TermOperator terms_;

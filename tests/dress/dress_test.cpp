@@ -339,7 +339,7 @@ TEST(Dress, ASeamThatCannotCloseIsNamed) {
         << failure.what();
     EXPECT_NE(std::string(failure.what()).find("front"), std::string::npos) << failure.what();
   }
-  EXPECT_EQ(restarts, 2);  // between three attempts
+  EXPECT_EQ(restarts, 3);  // between four attempts
 }
 
 /// Two boxes in one mesh, `gap` apart along x.
@@ -454,8 +454,8 @@ DressResult dress_and_search(const SewingPattern& pattern, const TriangleMesh& b
 }
 
 /// Hard pulls fold the sleeves into the armpits, where the last open pairs hold the folds. How far
-/// they close then depends on every bit, so that one of two pulls must close. If no pair ever let
-/// go, both would take three attempts and stay open by 6 mm.
+/// they close then depends on every bit, so that one of two pulls must close, with soft panels or
+/// with the stiff ones that follow. If no pair ever let go, both would stay open by 6 mm.
 TEST(Dress, LastPairsThatHoldAFoldLetItGoAndClose) {
   const SewingPattern pattern = read_sewing_pattern(kRoot / "data/patterns/hooded_top.json");
   const TriangleMesh body = read_mesh(kRoot / "data/bodies/mannequin_arms_out.ply");
@@ -469,7 +469,7 @@ TEST(Dress, LastPairsThatHoldAFoldLetItGoAndClose) {
     const DressResult r = dress_and_search(pattern, body, config, crossings);
     EXPECT_TRUE(r.clean) << pull;
     EXPECT_EQ(crossings, 0u) << pull;
-    if (r.attempts == 1 && r.largest_opening < 0.001) ++closed;
+    if (r.attempts <= 2 && r.largest_opening < 0.001) ++closed;
   }
   EXPECT_GE(closed, 1);
 }

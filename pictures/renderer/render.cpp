@@ -184,11 +184,21 @@ class Background {
 
  private:
   static constexpr float reach_in_radii = 2.6F;
-  static constexpr int cells = 320;  // of ambient light along each side of the floor
+  static constexpr int cells = 320;            // of ambient light along each side of the floor
+  static constexpr int smoothing_passes = 12;  // along x and y in turn
+
+  /// Points of the grid of ambient light, along x and y.
+  struct GridBox {
+    std::array<std::size_t, 2> begin, end;
+  };
 
   float shadow(const Vec3f& ray) const;
+  Vec3f on_floor(const Vec3f& ray) const {
+    return view_.eye + ((*ground_ - view_.eye.z()) / ray.z()) * ray;
+  }
+  GridBox seen_box() const;
   void make_ambient();
-  void smooth_ambient();
+  void smooth_ambient(const GridBox& box);
   float ambient(const Vec3f& p) const;
 
   const View& view_;
@@ -198,33 +208,61 @@ class Background {
   std::vector<float> ambient_;
 };
 
-/// Computes the light of the sky on the floor at cells + 1 points along each side of a square with
-/// the side 2 reach_.
+/// The part of the grid that the picture shows, and as many points around it as change its smoothed
+/// values; all of it if the horizon is in the picture.
+Background::GridBox Background::seen_box() const {
+  constexpr std::size_t points = cells + 1;
+  constexpr float margin = 2.0F + smoothing_passes / 2.0F;
+  std::array<float, 2> low = {cells, cells}, high = {0.0F, 0.0F};
+  for (const int corner : {0, 1, 2, 3}) {
+    const Vec3f ray = view_.ray(static_cast<float>(corner % 2 * view_.width),
+                                static_cast<float>(corner / 2 * view_.height));
+    if (!(ray.z() < 0.0F)) return {{0, 0}, {points, points}};
+    const Vec3f p = on_floor(ray);
+    for (const int axis : {0, 1}) {
+      const float at = (p[axis] + reach_) * (cells / (2.0F * reach_));
+      low[axis] = std::min(low[axis], at);
+      high[axis] = std::max(high[axis], at);
+    }
+  }
+  GridBox box;
+  for (const int axis : {0, 1}) {
+    box.begin[axis] =
+        static_cast<std::size_t>(std::clamp(low[axis] - margin, 0.0F, static_cast<float>(cells)));
+    box.end[axis] = 1 + static_cast<std::size_t>(
+                            std::clamp(high[axis] + margin, 0.0F, static_cast<float>(cells)));
+  }
+  return box;
+}
+
+/// Computes the light of the sky on the floor, where the picture shows it, at cells + 1 points
+/// along each side of a square with the side 2 reach_.
 void Background::make_ambient() {
   constexpr std::size_t points = cells + 1;
   ambient_.resize(points * points);
   const float step = 2.0F * reach_ / cells;
-  parallel_for(points, 8, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row)
-      for (std::size_t column = 0; column < points; ++column) {
+  const GridBox box = seen_box();
+  parallel_for(box.end[1] - box.begin[1], 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = box.begin[1] + begin; row < box.begin[1] + end; ++row)
+      for (std::size_t column = box.begin[0]; column < box.end[0]; ++column) {
         const Vec3f p(static_cast<float>(column) * step - reach_,
                       static_cast<float>(row) * step - reach_, *ground_);
         float openness = 1.0F;
         ambient_[row * points + column] = lights_.sky(p, Vec3f::UnitZ(), openness);
       }
   });
-  smooth_ambient();
+  smooth_ambient(box);
 }
 
 /// Each direction of the sky casts a hard shadow. A small blur hides the edges.
-void Background::smooth_ambient() {
+void Background::smooth_ambient(const GridBox& box) {
   constexpr std::size_t points = cells + 1;
   const std::array<float, 3> tent = {0.25F, 0.5F, 0.25F};
-  for (int pass = 0; pass < 12; ++pass) {
+  for (int pass = 0; pass < smoothing_passes; ++pass) {
     const std::size_t along = pass % 2 == 0 ? 1 : points;
     const std::vector<float> before = ambient_;
-    for (std::size_t row = 1; row < points - 1; ++row)
-      for (std::size_t column = 1; column < points - 1; ++column) {
+    for (std::size_t row = box.begin[1] + 1; row + 1 < box.end[1]; ++row)
+      for (std::size_t column = box.begin[0] + 1; column + 1 < box.end[0]; ++column) {
         const std::size_t i = row * points + column;
         ambient_[i] =
             tent[0] * before[i - along] + tent[1] * before[i] + tent[2] * before[i + along];
@@ -248,7 +286,7 @@ float Background::ambient(const Vec3f& p) const {
 /// Light on the floor where the ray meets it, relative to the unshadowed floor.
 float Background::shadow(const Vec3f& ray) const {
   if (ambient_.empty() || !(ray.z() < 0.0F)) return 1.0F;
-  const Vec3f p = view_.eye + ((*ground_ - view_.eye.z()) / ray.z()) * ray;
+  const Vec3f p = on_floor(ray);
   const float far = std::hypot(p.x(), p.y()) / reach_;
   if (!(far < 1.0F)) return 1.0F;
   const float fade = far < 0.5F ? 1.0F : 2.0F * (1.0F - far);

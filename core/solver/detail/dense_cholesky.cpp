@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Four columns at a time: tiles of four rows and four columns lose the products of all earlier
+// Four columns at a time: tiles of some rows and four columns lose the products of all earlier
 // columns, then the columns of the block those of each other. Each element is
 // ((a_ij - l_i0 l_j0) - l_i1 l_j1) - ..., divided by l_jj at the end, whatever the tiles are.
 #include <selvedge/core/solver/detail/dense_cholesky.h>
@@ -7,56 +7,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 namespace selvedge::detail {
 namespace {
 
-constexpr std::size_t kTile = 4;
-using Two = double __attribute__((vector_size(16)));
-
-/// Four rows of a column.
-struct Four {
-  Two low, high;
-};
-
-Four load(const double* from) {
-  Four v;
-  std::memcpy(&v, from, sizeof v);
-  return v;
-}
-
-void store(double* to, const Four& v) { std::memcpy(to, &v, sizeof v); }
+constexpr std::size_t kTile = 4;     // columns
+constexpr std::size_t kTallest = 8;  // rows of a tile of the widest kernel
 
 }  // namespace
 
 void DenseCholesky::set_zero(std::size_t n) {
   size_ = n;
-  stride_ = (n + kTile - 1) / kTile * kTile;
+  stride_ = (n + kTallest - 1) / kTallest * kTallest;
   values_.assign(stride_ * stride_, 0.0);
   inverse_.assign(n, 0.0);
   rows_.resize(kTile * n);
-}
-
-/// Subtracts the products of the columns before `column` from the block that begins there.
-void DenseCholesky::subtract_earlier(std::size_t column) {
-  double* block = values_.data() + column * stride_;
-  // the block's own rows of the earlier columns, one column after the other
-  for (std::size_t k = 0; k < column; ++k)
-    store(rows_.data() + kTile * k, load(values_.data() + k * stride_ + column));
-  for (std::size_t i = column; i < stride_; i += kTile) {
-    std::array<Four, kTile> tile;
-    for (std::size_t c = 0; c < kTile; ++c) tile[c] = load(block + c * stride_ + i);
-    for (std::size_t k = 0; k < column; ++k) {
-      const Four rows = load(values_.data() + k * stride_ + i);
-      const double* by = rows_.data() + kTile * k;
-      for (std::size_t c = 0; c < kTile; ++c) {
-        tile[c].low -= rows.low * by[c];
-        tile[c].high -= rows.high * by[c];
-      }
-    }
-    for (std::size_t c = 0; c < kTile; ++c) store(block + c * stride_ + i, tile[c]);
-  }
 }
 
 /// Factors the columns of the block that begins at `column`, from which earlier ones are
@@ -76,9 +41,12 @@ void DenseCholesky::factor_block(std::size_t column) {
   }
 }
 
-void DenseCholesky::factor() {
+void DenseCholesky::factor(CholeskyKernel subtract_earlier) {
   for (std::size_t column = 0; column < size_; column += kTile) {
-    subtract_earlier(column);
+    // the block's own rows of the earlier columns, one column after the other
+    for (std::size_t k = 0; k < column; ++k)
+      std::copy_n(values_.data() + k * stride_ + column, kTile, rows_.data() + kTile * k);
+    subtract_earlier(values_.data(), stride_, column, rows_.data());
     factor_block(column);
   }
 }

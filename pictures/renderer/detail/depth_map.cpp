@@ -66,4 +66,36 @@ void DepthMap::draw(std::span<const Vec3f> x, std::span<const Triangle> triangle
   }
 }
 
+void DepthMap::find_ranges(float reach) {
+  reach_ = reach;
+  cells_ = (resolution_ + cell - 1) / cell;
+  const auto side = static_cast<std::size_t>(cells_),
+             texels = static_cast<std::size_t>(resolution_);
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  ranges_.assign(side * side, {infinite, -infinite});
+  const auto widen = [](Range& range, const Range& other) {
+    range = {std::min(range.least, other.least), std::max(range.greatest, other.greatest)};
+  };
+  for (std::size_t row = 0; row < texels; ++row)
+    for (std::size_t column = 0; column < texels; ++column) {
+      const float depth = depth_[row * texels + column];
+      widen(ranges_[row / cell * side + column / cell], {depth, depth});
+    }
+  // Over the cells within reach, first along one axis, then along the other.
+  const int cells_away = 1 + static_cast<int>(reach) / cell;
+  for (const std::size_t along : {std::size_t{1}, side}) {
+    const std::vector<Range> before = ranges_;
+    for (std::size_t k = 0; k < ranges_.size(); ++k) {
+      const int place = static_cast<int>(k / along % side);
+      for (int other = place - cells_away; other <= place + cells_away; ++other) {
+        const bool inside = other >= 0 && other < cells_;
+        const auto away = static_cast<std::ptrdiff_t>(along) * (other - place);
+        widen(ranges_[k],
+              inside ? before[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + away)]
+                     : Range{infinite, infinite});
+      }
+    }
+  }
+}
+
 }  // namespace selvedge::detail

@@ -28,8 +28,20 @@ class DepthMap {
   Place place(const Vec3f& p) const {
     return {p.dot(right_) * scale_ + centre_, p.dot(up_) * scale_ + centre_, -p.dot(to_light_)};
   }
+  const Vec3f& right() const { return right_; }
+  const Vec3f& up() const { return up_; }
   const Vec3f& to_light() const { return to_light_; }
   float texel() const { return 1.0F / scale_; }  ///< m
+  float centre() const { return centre_; }       ///< texels, u and v of the origin
+
+  /// Prepares `near`. To be called after `draw`.
+  void find_ranges(float reach);
+  /// Bounds of all depths at most `reach` texels away along u and v; outside the map, depths are
+  /// infinite.
+  struct Range {
+    float least, greatest;
+  };
+  Range near(float u, float v) const;
 
   /// Share of the light that reaches a position, 0 to 1: the bilinear mean over the four texels
   /// around it, or 1 outside the map.
@@ -42,7 +54,22 @@ class DepthMap {
   float scale_, centre_;
   int resolution_;
   std::vector<float> depth_;
+
+  static constexpr int cell = 8;  // texels
+  int cells_ = 0;                 // along a side
+  float reach_ = 0.0F;            // texels
+  std::vector<Range> ranges_;     // of the cells
 };
+
+inline DepthMap::Range DepthMap::near(float u, float v) const {
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  const float end = static_cast<float>(resolution_);
+  if (!(u >= -reach_ && v >= -reach_ && u < end + reach_ && v < end + reach_))
+    return {infinite, infinite};
+  if (!(u >= 0.0F && v >= 0.0F && u < end && v < end)) return {-infinite, infinite};
+  return ranges_[static_cast<std::size_t>(v) / cell * static_cast<std::size_t>(cells_) +
+                 static_cast<std::size_t>(u) / cell];
+}
 
 inline float DepthMap::lit(const Place& at) const {
   const float u = at.u - 0.5F, v = at.v - 0.5F;

@@ -24,12 +24,26 @@ class Lights {
   float sky(const Vec3f& p, const Vec3f& n, float& openness) const;
 
  private:
+  static constexpr std::size_t lanes = 8;
+  using Lanes = Eigen::Array<float, lanes, 1>;
+  /// One axis of so many maps.
+  struct LaneAxis {
+    Lanes x = Lanes::Zero(), y = Lanes::Zero(), z = Lanes::Zero();
+    void set(std::size_t lane, const Vec3f& axis);
+    Lanes dot(const Vec3f& p) const { return x * p.x() + y * p.y() + z * p.z(); }
+  };
+  /// The axes of maps of one size. Lanes without a map have zeros, and so no weight.
+  struct SkyAxes {
+    LaneAxis right, up, to_light;
+  };
+
   static Vec3f key_direction(const View& view);
   void make_sky(float radius, int directions);
 
   DepthMap key_;
   Vec3f fill_;
-  std::vector<DepthMap> sky_;
+  std::vector<DepthMap> sky_;      // of one radius and resolution
+  std::vector<SkyAxes> sky_axes_;  // of all of them, in order
   float sky_at_upward_normal_ = 1.0F;
 };
 

@@ -72,11 +72,11 @@ TEST(DenseCholesky, LeavesOutUnknownsWithoutAPositivePivot) {
 TEST(DenseCholesky, HasTheSameBitsEverywhere) {
   for (const CholeskyKernel kernel : cholesky_kernels()) {
     Numbers number;
-    DenseCholesky matrix;
+    DenseCholesky matrix(kernel);
     std::uint64_t hash = 14695981039346656037u;
     for (const std::size_t n : {5, 24, 67}) {
       set(matrix, n, positive_definite(n, number));
-      matrix.factor(kernel);
+      matrix.factor();
       std::vector<double> b(n);
       for (double& v : b) v = number();
       matrix.solve(b.data());

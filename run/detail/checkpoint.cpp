@@ -6,10 +6,12 @@
 #include <selvedge/run/result_folder.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cstdint>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -206,16 +208,22 @@ std::vector<MergeEvent> merges_from(const Value& j) {
 
 constexpr std::size_t kDigits = 16;
 
-}  // namespace
-
-std::string memory_text(std::span<const double> memory) {
+void append_memory(std::string& text, std::span<const double> memory) {
   static const char* digits = "0123456789abcdef";
-  std::string text(kDigits * memory.size(), '0');
-  char* to = text.data();
+  const std::size_t begin = text.size();
+  text.resize(begin + kDigits * memory.size());
+  char* to = text.data() + begin;
   for (const double number : memory) {
     const auto bits = std::bit_cast<std::uint64_t>(number);
     for (std::size_t k = kDigits; k-- > 0;) *to++ = digits[(bits >> (4 * k)) & 15];
   }
+}
+
+}  // namespace
+
+std::string memory_text(std::span<const double> memory) {
+  std::string text;
+  append_memory(text, memory);
   return text;
 }
 
@@ -253,15 +261,23 @@ void write_fields_without_memory(const SimulationState& state, Json& json) {
 }
 
 // Adds the memory to the text of an object. Its digits need no escapes, and the search for
-// characters that do takes longer than all else that a checkpoint writes.
+// characters that do takes longer than all else that a checkpoint writes. Large cloth has megabytes
+// of it, so it is written where it belongs.
 std::string with_memory(std::string object, const SimulationState& state) {
+  const std::string_view end = "\n}\n";
+  const std::array<std::pair<std::string_view, std::span<const double>>, 2> parts = {
+      {{",\n  \"memory\": \"", state.memory},
+       {",\n  \"contact_memory\": \"", state.contact_memory}}};
   object.resize(object.rfind('\n'));  // before its closing brace
-  const auto add = [&](const char* name, std::span<const double> memory) {
-    object.append(",\n  \"").append(name).append("\": \"").append(memory_text(memory)) += '"';
-  };
-  add("memory", state.memory);
-  add("contact_memory", state.contact_memory);
-  return object + "\n}\n";
+  std::size_t size = object.size() + end.size();
+  for (const auto& [name, memory] : parts) size += name.size() + kDigits * memory.size() + 1;
+  object.reserve(size);
+  for (const auto& [name, memory] : parts) {
+    object += name;
+    append_memory(object, memory);
+    object += '"';
+  }
+  return object.append(end);
 }
 
 std::vector<double> memory_at(const Value& value) {

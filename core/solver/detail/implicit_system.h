@@ -35,6 +35,10 @@ inline constexpr double kDampingGain = kPartRatio;
 inline double elastic_tau(double h) { return h * kPartRatio; }
 inline constexpr double kElasticGain = 1.0 / (kPartRatio * kPartRatio);
 
+/// Fraction of the single forces below which their sum is rounding error: 1e-16 of a length, and
+/// the strain is about a hundredth of a length.
+inline constexpr double kRoundingShare = 1e-12;
+
 /// Assembles this system and solves it, including contacts, by conjugate gradients with a multigrid
 /// cycle. Matrix, cycle and directions are in single precision; the residuals between which they
 /// work are in double precision (iterative refinement: N. J. Higham, "Accuracy and stability of

@@ -288,6 +288,7 @@ BuiltScene SeamMerging::build() const {
     for (Triangle& t : volume.triangles)
       for (std::int32_t& v : t) v = number[v];
   }
+  for (BuiltSolid& solid : built.solids) solid.leader = number[solid.leader];
   for (std::vector<Edge>& seam : built.seams) {
     for (Edge& pair : seam) pair = {number[pair[0]], number[pair[1]]};
     std::erase_if(seam, [](const Edge& pair) { return pair[0] == pair[1]; });

@@ -70,7 +70,6 @@ std::vector<double> nearest_areas(const TriangleMesh& mesh) {
 Wetting::Wetting(const WettingConfig& config, const TriangleMesh& rest,
                  std::span<const double> dry_mass)
     : config_(config),
-
       dry_(dry_mass.begin(), dry_mass.end()),
       water_(dry_.size(), 0.0),
       mass_(dry_),
@@ -84,9 +83,12 @@ Wetting::Wetting(const WettingConfig& config, const TriangleMesh& rest,
   if (dry_.size() != rest.vertices.size())
     throw std::invalid_argument("wetting: " + std::to_string(dry_.size()) + " masses for " +
                                 std::to_string(rest.vertices.size()) + " vertices");
+  std::vector<char> is_cloth(dry_.size(), 0);
+  for (const Triangle& t : rest.triangles)
+    for (const std::int32_t v : t) is_cloth[v] = 1;
   for (std::size_t i = 0; i < dry_.size(); ++i) {
     detail::require_number_of("mass", "vertex", i, dry_[i], false);
-    detail::require_number_of("area", "vertex", i, area_[i], false);
+    if (is_cloth[i]) detail::require_number_of("area", "vertex", i, area_[i], false);
   }
   const std::vector<Edge> edges = unique_edges(rest.triangles);
   const std::vector<double> weight = cotangent_weights(rest, edges);

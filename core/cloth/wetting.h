@@ -17,8 +17,8 @@ struct WettingConfig {
 /// as many explicit steps as stability requires.
 class Wetting {
  public:
-  /// `rest` is the flat shape, which defines areas and angles; `dry_mass` in kg per vertex, > 0.
-  /// Throws std::invalid_argument naming the bad value.
+  /// `rest` is the flat shape, which defines areas and angles; `dry_mass` in kg per vertex, > 0. No
+  /// water reaches a vertex without a triangle. Throws std::invalid_argument naming the bad value.
   Wetting(const WettingConfig& config, const TriangleMesh& rest, std::span<const double> dry_mass);
 
   /// Adds kg >= 0 of water that moves with `velocity_of_water` (m/s) to a vertex. Changes the

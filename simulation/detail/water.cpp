@@ -9,11 +9,17 @@
 namespace selvedge::detail {
 namespace {
 
-/// The mesh for areas and angles: the flat cloth, if its vertices are those of the surface.
+/// The mesh for areas and angles: the flat cloth, if its vertices are those of the surface. It has
+/// no triangles of bodies that answer, which take no water.
 TriangleMesh shape_of(const BuiltScene& built) {
   const bool same = built.rest.triangles == built.cloth.surface.triangles &&
                     built.rest.vertices.size() == built.cloth.surface.vertices.size();
-  return same ? built.rest : built.cloth.surface;
+  TriangleMesh shape = same ? built.rest : built.cloth.surface;
+  for (const BuiltSolid& solid : built.solids)
+    std::erase_if(shape.triangles, [&](const Triangle& t) {
+      return t[0] >= built.piece_begin[solid.piece] && t[0] < solid.leader;
+    });
+  return shape;
 }
 
 }  // namespace
@@ -22,11 +28,12 @@ Water::Water(const Scene& scene, const BuiltScene& built)
     : config_(scene.water->wetting), shape_(shape_of(built)), dry_(built.cloth.mass) {
   wetting_.emplace(config_, shape_, dry_);
   for (const WaterSource& source : scene.water->sources) {
-    const auto piece = std::find_if(scene.cloths.begin(), scene.cloths.end(),
-                                    [&](const ClothSpec& c) { return c.name == source.geometry; });
+    const auto piece = std::find_if(
+        scene.cloths.begin(), scene.cloths.end(),
+        [&](const ClothSpec& c) { return c.name == source.geometry && solid_of(c) == nullptr; });
     if (piece == scene.cloths.end() || source.vertices.empty())
       throw std::invalid_argument(
-          fmt::format("water: no particles of a piece \"{}\"", source.geometry));
+          fmt::format("water: no particles of a piece of cloth \"{}\"", source.geometry));
     const std::int32_t first = built.piece_begin[piece - scene.cloths.begin()];
     const double share = source.rate / static_cast<double>(source.vertices.size());
     for (const std::int32_t v : source.vertices)

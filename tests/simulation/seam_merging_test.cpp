@@ -172,6 +172,22 @@ TEST_F(SeamScenes, StepsInMemoryMergeToTheBitsOfARun) {
   EXPECT_EQ(simulation.result().state_hash, run_scene(s, config_).state_hash);
 }
 
+TEST_F(SeamScenes, ABodyThatAnswersStaysAsItIsInAMerge) {
+  const Scene s = read(panels(kMerge, R"(, "obstacles": [{"name": "ball", "mass": 0.2,
+    "shape": {"type": "sphere", "radius": 0.03, "resolution": 6},
+    "transformation": {"translation": [0, 0.4, 0]}}])"));
+  Simulation simulation(s);
+  const std::size_t before = simulation.positions().size();
+  const std::int32_t leader = simulation.built().solids[0].leader;
+  const Vec3 place = simulation.positions()[leader];
+  simulation.advance_to_frame(s.time.frames);
+  ASSERT_EQ(simulation.result().counters.at("merged_pairs"), 4.0);
+  ASSERT_EQ(simulation.positions().size(), before - 4);
+  const BuiltSolid& ball = simulation.built().solids[0];
+  EXPECT_EQ(ball.leader, leader - 4);
+  EXPECT_LT((simulation.positions()[ball.leader] - place).norm(), 1e-12);
+}
+
 /// The panels of `panels` at the start of a simulation in which their sides are 2 mm apart.
 struct Near {
   Scene scene;

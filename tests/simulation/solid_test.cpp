@@ -104,6 +104,27 @@ TEST(Solids, HaveMassCentreAndInertiaOfTheirShape) {
   EXPECT_LT((second - Mat3(wanted.asDiagonal())).norm(), 1e-12);
 }
 
+TEST(Solids, StayDryWhileWaterWetsTheClothBesideThem) {
+  Scene scene = empty_scene();
+  scene.cloths.push_back(solid("ball", Sphere{.radius = 0.06}, {.mass = 0.1}, Vec3::Zero()));
+  scene.cloths.push_back(sheet(0.3, 6, {0.0, 0.0, 0.2}));
+  WaterSpec& water = scene.water.emplace();
+  water.sources.push_back({.geometry = "sheet", .vertices = {0, 1, 2}, .rate = 0.003});
+  Simulation simulation(scene, build_scene(scene));
+  simulation.advance_to_frame(10);
+  const std::vector<double>& wet = simulation.state().water;
+  const std::int32_t cloth = simulation.built().piece_begin[1];
+  ASSERT_EQ(wet.size(), simulation.positions().size());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < wet.size(); ++i) sum += wet[i];
+  EXPECT_NEAR(sum, 0.003 * 10 / 60, 1e-12);
+  for (std::int32_t i = 0; i < cloth; ++i) EXPECT_EQ(wet[i], 0.0) << i;
+  EXPECT_GT(wet[cloth + 7], 0.0) << "spreads to the next row";
+
+  water.sources[0].geometry = "ball";
+  EXPECT_THROW(Simulation(scene, build_scene(scene)), std::invalid_argument);
+}
+
 TEST(Solids, OpenSurfacesAndExplicitIntegratorsAreRefused) {
   Scene scene = empty_scene();
   scene.cloths.push_back(solid("plane", Plane{}, {.mass = 1.0}, Vec3::Zero()));

@@ -5,6 +5,7 @@
 #include <selvedge/core/system/internal/memory.h>
 #include <selvedge/run/detail/background_task.h>
 #include <selvedge/run/detail/checkpoint.h>
+#include <selvedge/run/detail/coming_events.h>
 #include <selvedge/run/detail/failure_bundle.h>
 #include <selvedge/run/detail/frame_output.h>
 #include <selvedge/run/detail/named_wrenches.h>
@@ -172,10 +173,12 @@ class Run {
       stopped_ = fmt::format("stopped on request after frame {} of {}", frame_, scene_.time.frames);
   }
 
-  /// Whether the scene asks for no more than the equilibrium, and steps of this run ended there.
+  /// Whether the scene asks for no more than the equilibrium after all that it prescribes, and
+  /// steps of this run ended there.
   bool ends_at_rest() {
-    rests_ =
-        scene_.time.until_rest && simulation_->last_step().accepted && simulation_->is_at_rest();
+    rests_ = scene_.time.until_rest && simulation_->last_step().accepted &&
+             !detail::events_come(scene_, simulation_->built(), simulation_->time()) &&
+             simulation_->is_at_rest();
     return rests_;
   }
 

@@ -201,8 +201,10 @@ struct BodySpec {
 };
 
 struct TimeSpec {
-  int frames = 120;         ///< frames after the start frame, at most, >= 1
-  bool until_rest = false;  ///< the run ends with the first frame at which the cloth is at rest
+  int frames = 120;  ///< frames after the start frame, at most, >= 1
+  /// The run ends with the first frame at which the cloth is at rest and nothing that the scene
+  /// prescribes is still to come.
+  bool until_rest = false;
   double fps = 60.0;        ///< frames per second, > 0
   int steps_per_frame = 2;  ///< >= 1
   /// Two steps of a frame are taken as one while the error of the longer step, by the size of a

@@ -87,7 +87,8 @@ struct Fields<TimeSpec> {
             Key{.unit = "1", .range = {1, 99999}, .text = "Frames after the start frame"});
     visitor("until", &T::until_rest,
             Key{.text = "Whether the run ends with the last frame or, if this is earlier, once the "
-                        "cloth is at rest: forces balanced to 1e-3 of its weight",
+                        "cloth is at rest and no motion, release or water is still to come: forces "
+                        "balanced to 1e-3 of its weight",
                 .words = {"end", "rest"}});
     visitor("fps", &T::fps,
             Key{.unit = "1/s", .range = {0.1, 100000}, .text = "Frames per second"});

@@ -319,6 +319,39 @@ TEST(AtRest, ARunEndsThereAndSaysSo) {
   fs::remove_all(config.out);
 }
 
+TEST(AtRest, ARunWaitsForAllThatTheScenePrescribes) {
+  namespace fs = std::filesystem;
+  RunConfig config;
+  config.out = fs::path(::testing::TempDir()) / ("selvedge_awaits_" + std::to_string(getpid()));
+  constexpr double kLater = 0.3;  // s, of an event; the sheet is at rest before
+  Scene plain = slope(0.7);
+  plain.time.frames = 60;
+  plain.time.until_rest = true;
+  const Keyframe start, still{.time = kLater},
+      up{.time = kLater + 0.1, .translation = {0, 0, 0.01}};
+  std::vector<Scene> scenes(6, plain);
+  scenes[0].bodies[0].motion = {start, still, up};
+  scenes[1].handles = {
+      {.name = "h", .geometry = "sheet", .vertices = {0}, .motion = {}, .release = kLater}};
+  scenes[2].handles = {{.name = "h", .geometry = "sheet", .vertices = {0}, .motion = {still, up}}};
+  for (Scene* scene : {&scenes[3], &scenes[4]})
+    scene->water = WaterSpec{{}, {{.geometry = "sheet", .vertices = {3}, .rate = 1e-4}}};
+  scenes[3].water->sources[0].begin = kLater;
+  scenes[4].water->sources[0].end = kLater;
+  scenes[5].handles = {
+      {.name = "h", .geometry = "sheet", .vertices = {0}, .motion = {start, still}}};
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    fs::remove_all(config.out);
+    const RunResult result = run_scene(scenes[k], config);
+    const bool waits = k < 5;
+    EXPECT_EQ(result.frames > 1 + kLater * plain.time.fps, waits) << k << ": " << result.frames;
+    if (waits) {
+      EXPECT_LT(result.frames, 61) << k << ": " << result.rest.verdict;
+    }
+  }
+  fs::remove_all(config.out);
+}
+
 TEST(AtRest, AStoppedRunGoesOnToTheSameRest) {
   namespace fs = std::filesystem;
   RunConfig config;

@@ -66,6 +66,19 @@ Material along_panel(Material fabric) {
   return fabric;
 }
 
+/// A fabric with at least a bending stiffness, N·m; that of one that is softer has no curve then.
+Material stiffened(Material fabric, double least) {
+  if (fabric.bending_stiffness < least) {
+    fabric.bending_stiffness = least;
+    fabric.bending_curve = {};
+  }
+  if (fabric.bending_weft && *fabric.bending_weft < least) {
+    fabric.bending_weft = least;
+    fabric.bending_curve_weft = {};
+  }
+  return fabric;
+}
+
 /// The fabrics of a garment, that of panels without one of their own first, and which one each
 /// triangle has.
 struct Fabrics {
@@ -73,7 +86,7 @@ struct Fabrics {
   std::vector<std::int32_t> of_triangle;
 };
 
-Fabrics fabrics_of(const Garment& garment, const DressConfig& config, double bending) {
+Fabrics fabrics_of(const Garment& garment, const DressConfig& config, double least_bending) {
   Fabrics fabrics{{config.fabric}, {}};
   std::map<std::string, std::int32_t> number = {{"", 0}};
   for (const std::string& name : garment.panel_fabrics) {
@@ -81,11 +94,7 @@ Fabrics fabrics_of(const Garment& garment, const DressConfig& config, double ben
         number.try_emplace(name, static_cast<std::int32_t>(fabrics.list.size()));
     if (is_new) fabrics.list.push_back(config.fabrics.at(name));
   }
-  for (Material& fabric : fabrics.list) {
-    fabric = along_panel(fabric);
-    fabric.bending_stiffness *= bending;
-    if (fabric.bending_weft) *fabric.bending_weft *= bending;
-  }
+  for (Material& fabric : fabrics.list) fabric = stiffened(along_panel(fabric), least_bending);
   for (const std::int32_t panel : garment.panel_of_triangle)
     fabrics.of_triangle.push_back(
         number.at(garment.panel_fabrics[static_cast<std::size_t>(panel)]));
@@ -178,7 +187,7 @@ void add_elastics(const Garment& garment, const Material& fabric, ClothMesh& clo
 
 ClothMesh make_cloth(const Garment& garment, const DressConfig& config,
                      const PhaseSettings& settings) {
-  const Fabrics fabrics = fabrics_of(garment, config, settings.bending);
+  const Fabrics fabrics = fabrics_of(garment, config, settings.least_bending);
   ClothMesh cloth =
       fabrics.list.size() == 1
           ? make_from_pattern(garment.surface, garment.flat, fabrics.list[0])
@@ -375,9 +384,8 @@ DressScene make_dress_scene(const Garment& garment, const TriangleMesh& body,
   DressScene made;
   Scene& scene = made.scene;
   scene.name = "dress";
-  Material fabric = config.fabric;
+  Material fabric = stiffened(config.fabric, settings.least_bending);
   fabric.friction = std::min(fabric.friction, settings.friction);
-  fabric.bending_stiffness *= settings.bending;
   scene.materials[kMaterial] = fabric;
   ClothFile surface;
   surface.mesh = garment.surface;

@@ -76,7 +76,7 @@ class Sewing {
     simulation_.reset();  // it refers to the former scene
     const PhaseSettings settings{.drag = config_.sew_drag,
                                  .pull = is_released_ ? 0.0 : pull_,
-                                 .bending = stiffening(),
+                                 .least_bending = is_stiff_ || releases_ > 0 ? kCard : 0.0,
                                  .merge = merge_share_,
                                  .limit_strain = false,
                                  .with_elastics = false,
@@ -87,13 +87,6 @@ class Sewing {
     simulation_ = start_simulation(*scene_, dressing_);
     frame_of_simulation_ = 0;
     if (dressing_.observer.accepted) dressing_.observer.accepted(*simulation_, phase_);
-  }
-
-  /// Factor of the bending stiffness.
-  double stiffening() const {
-    if (!is_stiff_ && releases_ == 0) return 1.0;
-    const double own = config_.fabric.bending_stiffness;
-    return own > 0.0 ? std::max(1.0, kCard / own) : 1.0;
   }
 
   SeamChoice stage() const { return stages_[stage_]; }

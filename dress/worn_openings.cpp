@@ -296,6 +296,8 @@ std::vector<BodyEnd> body_ends(const BodyLandmarks& m, const Vec3& middle) {
   for (const double share : kFace) add_way(share, m.forward, kBeyondFace);
   for (int k = 0; k < 2; ++k) {
     std::vector<Vec3> arm = up;
+    // Straight from a bust far below it, the way would leave the trunk below the armpit.
+    arm.push_back(0.5 * (m.armpit[k] + m.shoulder[k]));
     append_limb(m.arms[k], arm);
     lead_on(arm, m.arms[k].tip - m.arms[k].lower.middle, kBeyond);
     ends.push_back({k == 0 ? "left arm" : "right arm", {std::move(arm)}});

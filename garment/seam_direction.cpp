@@ -3,6 +3,7 @@
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace selvedge {
@@ -15,6 +16,8 @@ using Reason = SeamDirection::Reason;
 constexpr double kDecisive = 1.15;
 /// A seam counts as twisted if the other way round were shorter by this factor.
 constexpr double kTwisted = 1.3;
+/// A panel shows one of its sides outward if it lies this far from the middle of the garment, m.
+constexpr double kClearlyOut = 0.02;
 
 /// Sums of the distances between the ends that meet, m.
 struct EndDistances {
@@ -47,6 +50,25 @@ bool share_an_end(const SewingPattern& pattern, const PatternStitch& stitch) {
 
 }  // namespace
 
+std::vector<double> detail::outward_faces(const SewingPattern& pattern) {
+  std::vector<Vec3> middle, normal;
+  Vec3 sum = Vec3::Zero();
+  double total = 0.0;
+  for (const PatternPanel& panel : pattern.panels) {
+    Vec2 mean = Vec2::Zero();
+    for (const Vec2& v : panel.vertices) mean += v / static_cast<double>(panel.vertices.size());
+    const double area = panel_area(panel);
+    middle.push_back(place_point(panel, mean));
+    normal.push_back((area < 0.0 ? -1.0 : 1.0) * panel.rotation.col(2));
+    sum += std::abs(area) * middle.back();
+    total += std::abs(area);
+  }
+  std::vector<double> faces;
+  for (std::size_t p = 0; p < middle.size(); ++p)
+    faces.push_back(normal[p].dot(middle[p] - sum / total));
+  return faces;
+}
+
 std::vector<SeamDirection> seam_directions(const SewingPattern& pattern) {
   const std::size_t n = pattern.stitches.size();
   std::vector<SeamDirection> directions(n);
@@ -73,12 +95,17 @@ std::vector<SeamDirection> seam_directions(const SewingPattern& pattern) {
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t i, std::size_t j) { return weight[i] > weight[j]; });
   detail::SideParity sides(pattern.panels.size());
+  const std::vector<double> faces = detail::outward_faces(pattern);
   for (const std::size_t s : order) {
     const PatternStitch& stitch = pattern.stitches[s];
     SeamDirection& direction = directions[s];
     const bool free = direction.reason == Reason::convention;
     if (free && sides.are_joined(stitch.a.panel, stitch.b.panel)) {
       direction.start_to_start = sides.are_opposite(stitch.a.panel, stitch.b.panel);
+      direction.reason = Reason::orientation;
+    } else if (const double a = faces[stitch.a.panel], b = faces[stitch.b.panel];
+               free && std::min(std::abs(a), std::abs(b)) > kClearlyOut) {
+      direction.start_to_start = (a < 0.0) != (b < 0.0);
       direction.reason = Reason::orientation;
     }
     // A panel may lie on either side of a line.

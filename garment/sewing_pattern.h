@@ -170,7 +170,7 @@ struct SeamDirection {
     file,         ///< the file says so
     shared_end,   ///< both edges have a vertex in common, as in a dart
     placement,    ///< the other way round the seam would be twisted in space, or it is on a line
-    orientation,  ///< other seams decide which sides of the panels face outward
+    orientation,  ///< other seams or the places decide which sides of the panels face outward
     convention    ///< nothing decides: the end of one edge meets the start of the other
   };
   bool start_to_start = false;

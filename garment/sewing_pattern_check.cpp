@@ -4,6 +4,7 @@
 #include <selvedge/core/base/internal/text.h>
 #include <selvedge/garment/detail/grid_plane.h>
 #include <selvedge/garment/detail/pattern_names.h>
+#include <selvedge/garment/detail/side_parity.h>
 #include <selvedge/garment/sewing_pattern.h>
 
 #include <Eigen/Geometry>
@@ -27,6 +28,11 @@ constexpr std::int32_t kCheckPieces = 24;
 constexpr std::int32_t kOverlapSamples = 24;
 /// Panels are in one plane if they are nearer than this, m.
 constexpr double kSamePlane = 1e-3;
+/// Cosine of the angle above which one edge runs along another.
+constexpr double kAlong = 0.5;
+/// Share of the twisted edges of a panel, beside which those that fit do not count: edges of a few
+/// millimetres at the corners of armholes point anywhere.
+constexpr double kStray = 0.1;
 
 std::int32_t size_of(const auto& list) { return static_cast<std::int32_t>(list.size()); }
 
@@ -347,38 +353,63 @@ class PatternCheck {
                             limits_.length_ratio));
   }
 
-  /// A panel whose seams to others are all twisted as the panels stand, although the file says
-  /// which ends meet, has its loop the wrong way round. Of two such panels, the one that runs
-  /// clockwise.
-  void check_sides() const {
-    const std::vector<SeamDirection> directions = seam_directions(pattern_);
-    std::vector<std::vector<std::int32_t>> twisted(pattern_.panels.size());
-    std::vector<char> is_wrong(pattern_.panels.size(), 1);
-    for (std::int32_t s = 0; s < size_of(directions); ++s) {
+  /// Directed chord of a side of a seam, as its panel stands, m.
+  Vec3 chord(const Side& side) const {
+    const PatternPanel& panel = pattern_.panels[side.panel];
+    const auto [start, end] = panel.endpoints(side.edge);
+    return place_point(panel, panel.vertices[end]) - place_point(panel, panel.vertices[start]);
+  }
+
+  /// Edges of seams to other panels that run along the edge they are sewn to, as the panels stand:
+  /// those that the file joins end to end that way, and the other way round.
+  struct SeamsOfPanel {
+    double fitting = 0.0, twisted = 0.0;  // m of edges
+    int count = 0;                        // of all seams to others, whatever their angle
+    std::vector<std::int32_t> list;       // the twisted stitches
+  };
+
+  /// How far two edges are apart does not matter for it, unlike for the distances of their ends.
+  std::vector<SeamsOfPanel> seams_of_panels() const {
+    std::vector<SeamsOfPanel> seams(pattern_.panels.size());
+    for (std::int32_t s = 0; s < size_of(pattern_.stitches); ++s) {
       const PatternStitch& stitch = pattern_.stitches[s];
       // A panel may lie on either side of a line.
-      if (stitch.a.panel == stitch.b.panel || pattern_.is_on_a_line(stitch)) continue;
+      if (stitch.direction == PatternStitch::Direction::unknown ||
+          stitch.a.panel == stitch.b.panel || pattern_.is_on_a_line(stitch))
+        continue;
+      for (const std::int32_t p : {stitch.a.panel, stitch.b.panel}) ++seams[p].count;
+      const Vec3 a = chord(stitch.a), b = chord(stitch.b);
+      const double length = std::sqrt(a.norm() * b.norm()), cosine = a.dot(b) / (length * length);
+      if (!(std::abs(cosine) >= kAlong)) continue;  // also a chord without length
       const bool is_twisted =
-          directions[s].twisted && directions[s].reason == SeamDirection::Reason::file;
-      for (const std::int32_t p : {stitch.a.panel, stitch.b.panel})
-        if (is_twisted)
-          twisted[p].push_back(s);
-        else
-          is_wrong[p] = 0;
+          (cosine > 0.0) != (stitch.direction == PatternStitch::Direction::start_to_start);
+      for (const std::int32_t p : {stitch.a.panel, stitch.b.panel}) {
+        (is_twisted ? seams[p].twisted : seams[p].fitting) += length;
+        if (is_twisted) seams[p].list.push_back(s);
+      }
     }
+    return seams;
+  }
+
+  /// A panel whose seams to others are twisted as the panels stand, although the file says which
+  /// ends meet, has its loop the wrong way round. Of several, the one that faces most inward. One
+  /// that hangs by a single seam can turn about it.
+  void check_sides() const {
+    const std::vector<SeamsOfPanel> seams = seams_of_panels();
+    const std::vector<double> outward = detail::outward_faces(pattern_);
     std::int32_t found = -1;
-    const auto is_clockwise = [&](std::int32_t p) { return panel_area(pattern_.panels[p]) < 0.0; };
-    for (std::int32_t p = 0; p < size_of(is_wrong); ++p)
-      if (is_wrong[p] && twisted[p].size() > 1 &&
-          (found < 0 || (is_clockwise(p) && !is_clockwise(found))))
+    for (std::int32_t p = 0; p < size_of(seams); ++p)
+      if (seams[p].count > 1 && !seams[p].list.empty() &&
+          seams[p].fitting <= kStray * seams[p].twisted &&
+          (found < 0 || outward[p] < outward[found]))
         found = p;
     if (found < 0) return;
     refuse(fmt::format(
         "panel {} {}: its seams are twisted as the panels stand (stitches {}); list its edges the "
         "other way round, or turn the panel over",
         quoted(pattern_.panels[found].name),
-        is_clockwise(found) ? "runs clockwise" : "shows its inner side",
-        fmt::join(twisted[found], ", ")));
+        panel_area(pattern_.panels[found]) < 0.0 ? "runs clockwise" : "shows its inner side",
+        fmt::join(seams[found].list, ", ")));
   }
 
   void check_places() const {

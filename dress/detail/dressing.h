@@ -100,7 +100,7 @@ struct PhaseSettings {
   double drag = 0.0;            ///< kg/(m² s)
   double friction = 0.0;        ///< on the body and on cloth
   double pull = 0.0;            ///< N per metre of seam
-  double bending = 1.0;         ///< factor of the bending stiffness of the garment
+  double least_bending = 0.0;   ///< N·m, to which each softer fabric is stiffened
   double merge = 0.0;  ///< share of the spacing of a seam at which its pairs merge; 0: they do not
   bool limit_strain = true;
   bool with_elastics = true;  ///< they pull

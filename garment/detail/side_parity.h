@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <selvedge/garment/sewing_pattern.h>
+
 #include <cstdint>
 #include <numeric>
 #include <vector>
@@ -40,5 +42,9 @@ class SideParity {
   std::vector<std::int32_t> parent_;
   std::vector<char> odd_;
 };
+
+/// How far each panel lies from the middle of the garment, towards the side from which its loop
+/// runs counter-clockwise, m.
+std::vector<double> outward_faces(const SewingPattern& pattern);
 
 }  // namespace selvedge::detail

@@ -27,9 +27,13 @@ struct Person {
   std::array<std::vector<double>, 2> from_hand, from_foot;
 };
 
-Person person(const Mat3& turn = Mat3::Identity()) {
+TriangleMesh mannequin(const char* name = "mannequin_arms_out.ply") {
+  return read_mesh(fs::path(SELVEDGE_SOURCE_DIR) / "data/bodies" / name);
+}
+
+Person person(const Mat3& turn = Mat3::Identity(), const TriangleMesh& body = mannequin()) {
   Person p;
-  p.body = read_mesh(fs::path(SELVEDGE_SOURCE_DIR) / "data/bodies/mannequin_arms_out.ply");
+  p.body = body;
   for (Vec3& x : p.body.vertices) x = turn * x;
   p.marks = find_landmarks(p.body);
   p.normals = vertex_normals(p.body.vertices, p.body.triangles);
@@ -202,6 +206,46 @@ TEST(WornOpenings, ALegBesideItsTrouserLegIsNamed) {
     Suit suit = random_suit(random);
     suit.legs[side] = std::min(suit.legs[side], 0.5);
     EXPECT_EQ(parts_of(beside(p, suit, p.from_foot[side], 0.8, by)).count({}), 1u) << seed;
+  }
+}
+
+/// A suit without sleeves and legs. Where limbs leave it, it ends in planes close to the trunk,
+/// tilted at random; those of the arms pass the armpit, which may be far above the bust.
+TEST(WornOpenings, LimbsLeaveOpeningsCloseToTheTrunk) {
+  std::mt19937 random(16);
+  const auto draw = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int seed = 0; seed < 24; ++seed) {
+    TriangleMesh body = mannequin(seed % 2 == 0 ? "mannequin_arms_out.ply" : "mannequin.ply");
+    const double bust = draw(1.1, 1.22), full = draw(0.2, 0.4);
+    for (Vec3& x : body.vertices)
+      x.y() *= 1.0 + full * std::exp(-std::pow((x.z() - bust) / 0.06, 2.0));
+    const Person p = person(Mat3::Identity(), body);
+    const BodyLandmarks& m = p.marks;
+    std::array<Vec3, 2> armhole, leg, from_armhole, from_leg;
+    for (int k = 0; k < 2; ++k) {
+      const Vec3 out = k == 0 ? m.left : Vec3(-m.left);
+      armhole[k] = m.armpit[k] - draw(-0.01, 0.02) * out;
+      from_armhole[k] = (out + draw(0.0, 0.2) * m.up + draw(-0.2, 0.2) * m.forward).normalized();
+      leg[k] = m.crotch + draw(0.02, 0.04) * out;
+      from_leg[k] = (out - draw(0.5, 1.5) * m.up + draw(-0.2, 0.2) * m.forward).normalized();
+    }
+    const detail::Garment worn = second_skin(p, [&](std::size_t v) {
+      const Vec3& x = p.body.vertices[v];
+      const int k = x.dot(m.left) > m.crotch.dot(m.left) ? 0 : 1;
+      const bool is_by_arm = p.from_hand[k][v] < p.from_foot[k][v];
+      if (p.from_head[v] < 0.27) return false;
+      if (!is_by_arm) return from_leg[k].dot(x - leg[k]) < 0.0;
+      const Vec3 from = x - m.armpit[k];
+      const bool is_side = from.dot(m.up) < 0.0 && from.dot(m.left) * (k == 0 ? 1.0 : -1.0) < 0.02;
+      return is_side || from_armhole[k].dot(x - armhole[k]) < 0.0;
+    });
+    const DressResult r = measured(worn, worn, p);
+    EXPECT_EQ(parts_of(r), (std::multiset<Parts>{
+                               {"head"}, {"left arm"}, {"right arm"}, {"left leg"}, {"right leg"}}))
+        << seed;
+    EXPECT_EQ(r.verdict(), "good") << seed;
   }
 }
 

@@ -225,6 +225,46 @@ TEST(WornSeamTypes, EachPanelHasItsFabric) {
   EXPECT_THROW(dress(hanging.pattern, hill(), coarse()), std::invalid_argument);
 }
 
+/// N·m, of each panel: the sum of the stiffness of its hinges.
+std::vector<double> bending_of_panels(const SewingPattern& pattern, const DressConfig& config,
+                                      double least) {
+  const GarmentMesh mesh =
+      mesh_garment(pattern, {.edge_length = config.edge_length, .limits = {.places = false}});
+  const detail::DressScene made = detail::make_dress_scene(detail::start_garment(mesh), hill(),
+                                                           config, {.least_bending = least});
+  std::vector<double> sum(pattern.panels.size(), 0.0);
+  for (const Hinge& hinge : made.built.cloth.hinges)
+    for (std::size_t p = 0; p < sum.size(); ++p)
+      if (hinge.v[0] >= mesh.first_vertex[p] && hinge.v[0] < mesh.first_vertex[p + 1])
+        sum[p] += hinge.stiffness;
+  return sum;
+}
+
+TEST(WornSeamTypes, OnlyFabricsSofterThanCardAreStiffened) {
+  SewingPattern pattern;
+  pattern.name = "fabrics";
+  DressConfig config = coarse();
+  constexpr double kLeast = 3e-3;
+  for (const double own : {1e-5, 1e-4, kLeast, 0.1}) {
+    const std::string name = own == 1e-5 ? "" : std::to_string(own);
+    pattern.panels.push_back(rectangle("", 0.1, 0.4));
+    pattern.panels.back().name = "panel" + name;
+    pattern.panels.back().fabric = name;
+    pattern.panels.back().translation.x() = 0.3 * static_cast<double>(pattern.panels.size());
+    Material& fabric = name.empty() ? config.fabric : config.fabrics[name];
+    fabric = coarse().fabric;
+    fabric.bending_stiffness = own;
+  }
+  for (std::int32_t p = 1; p < 4; ++p) pattern.stitches.push_back({{p - 1, 1}, {p, 3}});
+  const std::vector<double> as_is = bending_of_panels(pattern, config, 0.0),
+                            stiff = bending_of_panels(pattern, config, kLeast);
+  EXPECT_NEAR(as_is[1] / as_is[0], 10.0, 1e-6);
+  EXPECT_NEAR(stiff[0] / as_is[0], kLeast / 1e-5, 1e-6);
+  EXPECT_NEAR(stiff[1], stiff[0], 1e-9 * stiff[0]);
+  EXPECT_EQ(stiff[2], as_is[2]);
+  EXPECT_EQ(stiff[3], as_is[3]);
+}
+
 /// The warp is the grain: a panel that is cut across it hangs by its weft.
 TEST(WornSeamTypes, AGrainTurnedByARightAngleSwapsWarpAndWeft) {
   DrawnPattern drawn;

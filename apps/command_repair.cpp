@@ -99,15 +99,21 @@ void write(const RepairOptions& o, const TriangleMesh& mesh, const std::vector<V
 }
 
 Json to_json(const RepairOptions& o, const RepairResult& r) {
-  Json left = Json::array();
-  for (const RepairPlace& place : r.left) {
-    const Vec3 at = place.at / o.unit;
-    left.push_back({{"at", {at.x(), at.y(), at.z()}}, {"vertices", place.vertices}});
-  }
+  const auto array = [&](const std::vector<RepairPlace>& places) {
+    Json all = Json::array();
+    for (const RepairPlace& place : places) {
+      const Vec3 at = place.at / o.unit;
+      all.push_back({{"at", {at.x(), at.y(), at.z()}},
+                     {"vertices", place.vertices},
+                     {"stretch", place.stretch}});
+    }
+    return all;
+  };
   return {{"mesh", o.mesh},
           {"against", o.against},
           {"out", o.out},
           {"clean", r.clean()},
+          {"good", r.good()},
           {"body_pairs_before", r.body_before},
           {"own_pairs_before", r.self_before},
           {"body_pairs_after", r.body_after},
@@ -117,7 +123,27 @@ Json to_json(const RepairOptions& o, const RepairResult& r) {
           {"vertices_moved", r.moved},
           {"largest_motion_m", r.largest_motion},
           {"median_motion_of_the_others_m", r.median_motion},
-          {"left", left}};
+          {"max_stretch", r.max_stretch},
+          {"wearable_stretch", RepairConfig{}.wearable_stretch},
+          {"left", array(r.left)},
+          {"stretched", array(r.stretched)}};
+}
+
+void print_places(const RepairOptions& o, const RepairResult& r) {
+  const auto line = [&](const char* what, const RepairPlace& place) {
+    const Vec3 at = place.at / o.unit;
+    print_escaped("{:13}{} near ({:.4g}, {:.4g}, {:.4g})", what,
+                  counted(static_cast<std::size_t>(place.vertices), "vertex", "vertices"), at.x(),
+                  at.y(), at.z());
+  };
+  for (const RepairPlace& place : r.left) {
+    line("left", place);
+    print_escaped("\n");
+  }
+  for (const RepairPlace& place : r.stretched) {
+    line("stretched", place);
+    print_escaped(" by {:.0f} %\n", 100.0 * place.stretch);
+  }
 }
 
 void print(const RepairOptions& o, const RepairResult& r) {
@@ -127,18 +153,17 @@ void print(const RepairOptions& o, const RepairResult& r) {
   print_escaped("moved        {}, at most {:.2f} mm; median of those that were outside {:.3f} mm\n",
                 counted(static_cast<std::size_t>(r.moved), "vertex", "vertices"),
                 1e3 * r.largest_motion, 1e3 * r.median_motion);
+  print_escaped("stretch      at most {:.1f} %, wearable {:.1f} %\n", 100.0 * r.max_stretch,
+                100.0 * RepairConfig{}.wearable_stretch);
   if (r.clean())
-    print_escaped("clean        yes; {}\n", o.out);
+    print_escaped("clean        yes{}; {}\n",
+                  r.good() ? "" : fmt::format(", but stretched by {:.0f} %", 100.0 * r.max_stretch),
+                  o.out);
   else
     print_escaped("clean        NO: {} with the body and {} with itself remain, {} inside; {}\n",
                   counted(static_cast<std::size_t>(r.body_after), "crossing"), r.self_after,
                   r.inside_after, o.out);
-  for (const RepairPlace& place : r.left) {
-    const Vec3 at = place.at / o.unit;
-    print_escaped("left         {} near ({:.4g}, {:.4g}, {:.4g})\n",
-                  counted(static_cast<std::size_t>(place.vertices), "vertex", "vertices"), at.x(),
-                  at.y(), at.z());
-  }
+  print_places(o, r);
 }
 
 int repair_command(RepairOptions o) {
@@ -159,7 +184,7 @@ int repair_command(RepairOptions o) {
     print_escaped("{}\n", to_json(o, result).dump(2));
   else
     print(o, result);
-  return result.clean() ? 0 : 1;
+  return result.good() ? 0 : 1;
 }
 
 void add_repair_options(const Command& command) {
@@ -175,7 +200,9 @@ void add_repair_options(const Command& command) {
       .positive()
       .show_default();
   command.flag("--json", options->json, "Print the result as JSON");
-  command.footer("Exit code 1: crossings remain; the places are named.");
+  command.footer(
+      "Exit code 1: crossings remain, or edges are stretched by more than 30 %; the places are "
+      "named.");
   command.action([options] { return repair_command(*options); });
 }
 

@@ -12,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <random>
 
 namespace selvedge::bench {
@@ -198,6 +199,82 @@ TriangleMesh punched(int nx, int ny, double hole) {
   return mesh;
 }
 
+/// A level polygon of n triangles round an apex; if solid, the top of a closed prism. The last
+/// triangle meets the first at the apex alone: the vertex on its rim is `slit` away, m, or common.
+TriangleMesh fan(const Vec3& apex, double angle, int n, bool is_solid,
+                 const std::optional<Vec3>& slit) {
+  constexpr double kRadius = 3.0;  // m
+  TriangleMesh mesh;
+  mesh.vertices.push_back(apex);
+  std::vector<std::int32_t> rim;
+  for (int k = 0; k < n; ++k) {
+    const double a = angle + 2.0 * std::numbers::pi * k / n;
+    rim.push_back(static_cast<std::int32_t>(mesh.vertices.size()));
+    mesh.vertices.push_back(apex + kRadius * Vec3(std::cos(a), std::sin(a), 0.0));
+  }
+  rim.push_back(slit ? n + 1 : 1);
+  if (slit) mesh.vertices.push_back(Vec3(mesh.vertices[1] + *slit));
+  for (int k = 0; k < n; ++k) mesh.triangles.push_back({0, rim[k], rim[k + 1]});
+  if (!is_solid) return mesh;
+  const auto low = static_cast<std::int32_t>(mesh.vertices.size());
+  for (int k = 0; k <= n; ++k)
+    mesh.vertices.push_back(Vec3(mesh.vertices[k] - Vec3(0.0, 0.0, 0.02)));
+  for (std::int32_t k = 0; k < n; ++k) {
+    const std::int32_t below = low + 1 + k, next = low + 1 + (k + 1) % n;
+    mesh.triangles.push_back({low, next, below});
+    mesh.triangles.push_back({rim[k], below, next});
+    mesh.triangles.push_back({rim[k], next, rim[k + 1]});
+  }
+  return mesh;
+}
+
+/// A slit that the cloth crosses, up to 1 m from the vertex in which it ends.
+Seam slit_in_fan(Random& random) {
+  constexpr double kWidths[] = {0.0, 1e-9, 1e-7, 1e-5, 1e-4};  // m, below a tenth of the rest gap
+  const double width = kWidths[random() % std::size(kWidths)];
+  const double angle = uniform(random, 0.2, 0.8) * std::numbers::pi;
+  const Vec3 along(std::cos(angle), std::sin(angle), 0.0), across(along.y(), -along.x(), 0.0);
+  const Vec3 apex = uniform(random, -0.1, 0.1) * Vec3::UnitX() - uniform(random, 0.0, 1.0) * along;
+  const Vec3 slit =
+      uniform(random, -width, width) * across + uniform(random, -width, width) * Vec3::UnitZ();
+  const int n = 4 + static_cast<int>(random() % 29);
+  const bool is_solid = random() % 2 == 0;
+  return flat("slit that ends in a fan", {fan(apex, angle, n, is_solid, slit)},
+              {fan(apex, angle, n, is_solid, {})});
+}
+
+/// Strips of nx by ny cells that have every second vertex in common; the others are `gap` apart.
+TriangleMesh stitched(int nx, int ny, double gap) {
+  TriangleMesh mesh = floor(nx, ny);
+  std::map<std::int32_t, std::int32_t> doubled;
+  for (std::size_t k = 0; k < mesh.triangles.size(); ++k)
+    for (std::int32_t& v : mesh.triangles[k]) {
+      const std::int32_t strip = v / (ny + 1), row = v % (ny + 1);
+      if (strip == 0 || strip != static_cast<std::int32_t>(k) / (2 * ny) || row % 2 == 0) continue;
+      const auto [it, is_new] =
+          doubled.try_emplace(v, static_cast<std::int32_t>(mesh.vertices.size()));
+      if (is_new) mesh.vertices.push_back(Vec3(mesh.vertices[v] + gap * Vec3::UnitX()));
+      v = it->second;
+    }
+  return mesh;
+}
+
+/// Strips of one mesh whose cells are three times as wide as those of the next.
+TriangleMesh hanging(int strips, int ny) {
+  TriangleMesh mesh;
+  for (int k = 0; k < strips; ++k) {
+    const double size = (kX1 - kX0) / strips;
+    const TriangleMesh strip =
+        sheet({kX0 + k * size, -0.5 * kWidth, 0.0}, size, kWidth, 1, k % 2 == 0 ? ny : 3 * ny);
+    const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), strip.vertices.begin(), strip.vertices.end());
+    for (const Triangle& t : strip.triangles)
+      mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  weld_vertices(mesh, 1e-9);
+  return mesh;
+}
+
 /// Between the cells of the floor.
 Seam slits(double mm) {
   return flat(fmt::format("slits of {:g} mm", mm), {tiles(floor(60, 30), 1e-3 * mm)},
@@ -258,10 +335,18 @@ std::vector<Seam> seams(std::uint64_t seed) {
   list.push_back(slits(0.19));
   list.push_back(holes(0.19));
   list.push_back(flat("8 % of the faces gone", {with_holes(fine, 0.08, random)}, {fine}));
+  list.push_back(slit_in_fan(random));
+  list.push_back(flat("T-junctions in one mesh", {hanging(12, 4)}, {floor(12, 12)}));
+  list.push_back(
+      flat("strips stitched at every second vertex", {stitched(12, 6, 1e-9)}, {floor(12, 6)}));
+  list.push_back(
+      flat("cloth stitched at every second vertex", {stitched(12, 6, 1e-9)}, {floor(12, 6)}));
+  list.back().is_cloth = true;
   for (Seam& seam : list)
     seam.is_quick = seam.name == "boxes flush within 1e-05" || seam.name == "T-junction" ||
                     seam.name == "boxes overlapping by 1 mm" || seam.name == "tiles on a ramp" ||
-                    seam.is_cloth;
+                    seam.name == "T-junctions in one mesh" ||
+                    seam.name == "strips stitched at every second vertex" || seam.is_cloth;
   return list;
 }
 

@@ -7,7 +7,7 @@
 // through a layer, its own place for the corner of a triangle that only crosses. From there it
 // tries places ever farther off, out of the body or along the normal of the sheet, until its
 // triangles meet nothing. All decisions are exact (find_meetings). Where no place is free, the
-// vertices around join in.
+// vertices around join in. At last edges that are stretched too far draw in what is around them.
 #include <selvedge/core/base/internal/check.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/detail/body_surface.h>
@@ -31,12 +31,16 @@ constexpr double kFirstReach = 8.0;     // in which the skin is looked for, in g
 constexpr int kTaut = 2;                // the first of them in which the cloth is pulled taut
 constexpr int kTries = 14;              // places of a vertex in each of them
 constexpr double kFartherOut = 1.4;     // factor of the distance from the body from try to try
+constexpr double kFarthest = 2.0;       // of it, in mean edges: beyond, a vertex is a spike
 constexpr int kPushes = 24;             // steps out of the body
 constexpr double kPushStep = 0.25;      // the longest of them, in mean edges
 constexpr double kPushReach = 2.5;      // of the field that moves along, in mean edges
 constexpr int kMostFarther = 6;         // tries farther out in these steps
 constexpr double kSpike = 2.0;          // factor of its edges at which a vertex has lost its place
 constexpr std::size_t kAlone = 3;       // of so many neighbours at most one is in the body, too
+constexpr int kRelaxations = 40;        // of edges that are stretched too far
+constexpr double kRelaxed = 0.9;        // of the limit, to which they are drawn
+constexpr double kShare = 0.25;         // of what such an edge is too long by, for each of its ends
 constexpr int kIterations = 200;        // of the interpolation
 constexpr double kResidual = 1e-6;      // of its start, at which it ends
 
@@ -110,6 +114,7 @@ class Repair {
         faults = find();
       }
     }
+    if (result.body_before + result.self_before + result.inside > 0 && faults.none()) relax();
     report(faults, result);
     return result;
   }
@@ -268,9 +273,10 @@ class Repair {
 
   /// From the body, m, that a vertex gets in a try.
   double clearance(int tries) const {
+    const double most = std::max(config_.clearance, kFarthest * mean_edge_);
     double distance = config_.clearance;
-    for (int k = 0; k < tries; ++k) distance *= kFartherOut;
-    return distance;
+    for (int k = 0; k < tries && distance < most; ++k) distance *= kFartherOut;
+    return std::min(distance, most);
   }
 
   /// The vertices in the body, and the corners of triangles that cross it although none is inside:
@@ -486,8 +492,41 @@ class Repair {
     const std::vector<Vec3> normals = vertex_normals(base_, mesh_.triangles);
     for (const std::int32_t v : moving) {
       const int k = aside_[v];  // 0, +1, -1, +2, -2 ...
-      const double aside = config_.clearance * (k % 2 == 1 ? (k + 1) / 2 : -k / 2);
+      const double aside = std::clamp(config_.clearance * (k % 2 == 1 ? (k + 1) / 2 : -k / 2),
+                                      -kFarthest * mean_edge_, kFarthest * mean_edge_);
       mesh_.x[v] = out_of_body(base_[v] + aside * normals[v], clearance(out_[v]));
+    }
+  }
+
+  /// Of an edge, relative to its length in the file.
+  double stretch(const Edge& e) const {
+    const double before = (start_[e[0]] - start_[e[1]]).norm();
+    return (mesh_.x[e[0]] - mesh_.x[e[1]]).norm() / before - 1.0;
+  }
+
+  /// Draws the ends of edges that are stretched too far together, as long as nothing meets: a
+  /// vertex that would meet something keeps its place.
+  void relax() {
+    const auto is_far = [&](const Edge& e) { return stretch(e) > config_.wearable_stretch; };
+    for (int k = 0; k < kRelaxations && std::ranges::any_of(edges_, is_far); ++k) {
+      const std::vector<Vec3> before = mesh_.x;
+      std::vector<Vec3> way(mesh_.x.size(), Vec3::Zero());
+      for (const Edge& e : edges_) {
+        const Vec3 along = mesh_.x[e[1]] - mesh_.x[e[0]];
+        const double allowed =
+            (1.0 + kRelaxed * config_.wearable_stretch) * (start_[e[1]] - start_[e[0]]).norm();
+        if (along.norm() <= allowed) continue;
+        const Vec3 by = kShare * (1.0 - allowed / along.norm()) * along;
+        way[e[0]] += by;
+        way[e[1]] -= by;
+      }
+      for (std::size_t v = 0; v < way.size(); ++v)
+        if (!way[v].isZero(0.0)) mesh_.x[v] = out_of_body(mesh_.x[v] + way[v], config_.clearance);
+      for (Faults faults = find(); !faults.none(); faults = find()) {
+        const auto [with_body, with_self] = at_fault(faults);
+        for (const std::int32_t v : with_body) mesh_.x[v] = before[v];
+        for (const std::int32_t v : with_self) mesh_.x[v] = before[v];
+      }
     }
   }
 
@@ -511,33 +550,46 @@ class Repair {
     std::vector<char> marked(mesh_.x.size(), 0);
     for (const std::int32_t v : with_body) marked[v] = 1;
     for (const std::int32_t v : with_self) marked[v] = 1;
-    name_places(marked, result);
+    result.left = places(marked, &RepairPlace::vertices);
+    for (const Edge& e : edges_) {
+      const double by = stretch(e);
+      result.max_stretch = std::max(result.max_stretch, by);
+      if (by > config_.wearable_stretch) marked[e[0]] = marked[e[1]] = 1;
+    }
+    result.stretched = places(marked, &RepairPlace::stretch);
     for (const std::int32_t n : mesh_.number) result.x.push_back(mesh_.x[n]);
   }
 
-  /// The connected parts of marked vertices.
-  void name_places(std::vector<char>& marked, RepairResult& result) const {
+  /// The connected parts of marked vertices with the greatest sizes, at their most stretched
+  /// vertices; unmarks all.
+  template <class Size>
+  std::vector<RepairPlace> places(std::vector<char>& marked, Size RepairPlace::*size) const {
+    std::vector<RepairPlace> found;
     for (std::size_t first = 0; first < marked.size(); ++first) {
       if (!marked[first]) continue;
-      RepairPlace place{.at = mesh_.x[first], .vertices = 0};
+      RepairPlace place{.at = mesh_.x[first]};
       std::vector<std::int32_t> open = {static_cast<std::int32_t>(first)};
       marked[first] = 0;
       while (!open.empty()) {
         const std::int32_t v = open.back();
         open.pop_back();
         ++place.vertices;
-        for (const std::int32_t w : neighbours_[v])
+        for (const std::int32_t w : neighbours_[v]) {
+          if (const double by = stretch({v, w}); by > place.stretch) {
+            place.stretch = by;
+            place.at = mesh_.x[v];
+          }
           if (marked[w]) {
             marked[w] = 0;
             open.push_back(w);
           }
+        }
       }
-      result.left.push_back(place);
+      found.push_back(place);
     }
-    std::stable_sort(
-        result.left.begin(), result.left.end(),
-        [](const RepairPlace& a, const RepairPlace& b) { return a.vertices > b.vertices; });
-    if (result.left.size() > kMostPlaces) result.left.resize(kMostPlaces);
+    std::ranges::stable_sort(found, std::ranges::greater{}, size);
+    if (found.size() > kMostPlaces) found.resize(kMostPlaces);
+    return found;
   }
 
   const TriangleMesh& body_;

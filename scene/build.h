@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace selvedge {
@@ -30,14 +31,17 @@ class ContactPairs {
   double rest_gap(std::int32_t piece, std::int32_t surface) const {
     return table_[index(piece, surface)].rest_gap;
   }
-  /// Whether the two can collide; false only where the scene excludes it.
+  /// Whether the two can collide; false where the scene excludes it, and for a rigid body and
+  /// itself.
   bool collide(std::int32_t piece, std::int32_t surface) const {
     return table_[index(piece, surface)].collide;
   }
-  /// The number of pairs of surfaces, with each piece and itself among them, and how many of them
-  /// the scene excludes.
-  std::int64_t count() const;
-  std::int64_t excluded() const;
+  /// The pairs of surfaces that can meet, with each piece of cloth and itself among them: their
+  /// number, and the numbers of the surfaces of those that the scene excludes.
+  std::int64_t count() const { return count_; }
+  const std::vector<std::pair<std::size_t, std::size_t>>& excluded() const { return excluded_; }
+  /// Whether all pairs collide.
+  bool collide_all() const { return collide_all_; }
   /// The largest rest gap of any pair, m. A search for candidates that reaches this far misses no
   /// pair.
   double largest_rest_gap() const { return largest_; }
@@ -53,6 +57,9 @@ class ContactPairs {
 
   std::size_t surfaces_;
   double largest_;
+  std::int64_t count_ = 0;
+  bool collide_all_ = true;
+  std::vector<std::pair<std::size_t, std::size_t>> excluded_;
   std::vector<Entry> table_;  // (piece, surface), symmetric among the pieces
 };
 

@@ -101,22 +101,17 @@ ContactPairs::ContactPairs(const Scene& scene)
         set(other, one);
       }
   }
-  for (const Entry& entry : table_) largest_ = std::max(largest_, entry.rest_gap);
-}
-
-// The table has pairs of different pieces twice.
-std::int64_t ContactPairs::count() const {
-  std::int64_t found = 0;
-  for (std::size_t p = 0; p * surfaces_ < table_.size(); ++p)
-    found += static_cast<std::int64_t>(surfaces_ - p);
-  return found;
-}
-
-std::int64_t ContactPairs::excluded() const {
-  std::int64_t found = 0;
-  for (std::size_t p = 0; p * surfaces_ < table_.size(); ++p)
-    for (std::size_t s = p; s < surfaces_; ++s) found += table_[p * surfaces_ + s].collide ? 0 : 1;
-  return found;
+  for (const Entry& entry : table_) {
+    largest_ = std::max(largest_, entry.rest_gap);
+    collide_all_ = collide_all_ && entry.collide;
+  }
+  // The table has pairs of different pieces twice.
+  for (std::size_t p = 0; p < pieces; ++p)
+    for (std::size_t s = p; s < surfaces_; ++s) {
+      if (s == p && solid_of(scene.cloths[p]) != nullptr) continue;
+      ++count_;
+      if (!table_[p * surfaces_ + s].collide) excluded_.emplace_back(p, s);
+    }
 }
 
 }  // namespace selvedge

@@ -175,9 +175,9 @@ class ScenePlan {
   /// Does nothing in scenes that exclude no pair.
   void add_excluded() {
     const ContactPairs pairs(scene_);
-    if (pairs.excluded() > 0)
+    if (!pairs.excluded().empty())
       add("excluded pairs of surfaces", Status::never,
-          fmt::format("contact.pairs excludes {} of {}", pairs.excluded(), pairs.count()));
+          fmt::format("contact.pairs excludes {} of {}", pairs.excluded().size(), pairs.count()));
   }
 
   void add_contact() {

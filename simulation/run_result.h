@@ -220,7 +220,8 @@ class VertexNames {
   bool is_cloth(std::int32_t vertex) const { return vertex < owner_begin_[pieces_]; }
   /// Index of the owner: pieces of cloth first, then bodies.
   std::size_t owner_index(std::int32_t vertex) const;
-  /// `cloth "skirt"`, `body "table"`; an owner without a name goes by its index: `cloth 0`.
+  /// `cloth "skirt"`, `body "table"`, also of a rigid body among the pieces; an owner without a
+  /// name goes by its index: `cloth 0`.
   const std::string& owner_name(std::size_t owner) const { return owner_[owner]; }
   const std::string& owner(std::int32_t vertex) const { return owner_[owner_index(vertex)]; }
   /// The first vertex of an owner.

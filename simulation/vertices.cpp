@@ -16,7 +16,7 @@ std::string named(const char* kind, const std::string& name, std::size_t index) 
 VertexNames::VertexNames(const Scene& scene, const BuiltScene& built)
     : owner_begin_(built.piece_begin), pieces_(scene.cloths.size()) {
   for (std::size_t p = 0; p < scene.cloths.size(); ++p)
-    owner_.push_back(named("cloth", scene.cloths[p].name, p));
+    owner_.push_back(named(solid_of(scene.cloths[p]) ? "body" : "cloth", scene.cloths[p].name, p));
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     owner_.push_back(named("body", scene.bodies[b].name, b));
     owner_begin_.push_back(owner_begin_.back() +

@@ -12,12 +12,15 @@ namespace selvedge {
 struct RepairConfig {
   double clearance = 0.001;  ///< m, from the body, of vertices that were inside it
   int rounds = 6;            ///< in which the vertices around a bad place join in, >= 1
+  /// Of an edge, relative to its length in the file: beyond, the garment is not worn as it was.
+  double wearable_stretch = 0.3;
 };
 
-/// A place of a garment that still crosses something.
+/// A place of a garment that still crosses something, or is stretched too far.
 struct RepairPlace {
   Vec3 at = Vec3::Zero();  ///< m
   std::int64_t vertices = 0;
+  double stretch = 0.0;  ///< the largest of its edges
 };
 
 struct RepairResult {
@@ -30,7 +33,11 @@ struct RepairResult {
   std::int64_t self_before = 0;  ///< pairs of triangles of the garment that met
   std::int64_t body_after = 0, self_after = 0, inside_after = 0;
   std::vector<RepairPlace> left;  ///< where they are, the largest first
+  double max_stretch = 0.0;       ///< of an edge, relative to its length in the file
+  /// Where edges are stretched beyond RepairConfig::wearable_stretch, the most stretched first.
+  std::vector<RepairPlace> stretched;
   bool clean() const { return body_after == 0 && self_after == 0 && inside_after == 0; }
+  bool good() const { return clean() && stretched.empty(); }
 };
 
 /// Takes the crossings with a body and with itself out of a finished garment, with little motion.

@@ -102,7 +102,7 @@ std::vector<char> border_vertices(const std::vector<Triangle>& triangles, std::s
 // For each piece, whether it collides with each surface; empty if all do.
 std::vector<std::vector<char>> colliding_surfaces(const Scene& scene, const ContactPairs& pairs) {
   std::vector<std::vector<char>> collides;
-  if (pairs.excluded() == 0) return collides;
+  if (pairs.collide_all()) return collides;
   const std::size_t surfaces = scene.cloths.size() + scene.bodies.size();
   for (std::size_t p = 0; p < scene.cloths.size(); ++p) {
     std::vector<char>& row = collides.emplace_back(surfaces);

@@ -25,7 +25,7 @@ ExcludedSurfaces::ExcludedSurfaces(const Scene& scene, const BuiltScene& built,
                                    const SceneMotion& motion)
     : motion_(motion), pairs_(scene), surface_(motion.particles(), 0) {
   const auto pieces = static_cast<std::int32_t>(scene.cloths.size());
-  any_ = pairs_.excluded() > 0;
+  any_ = !pairs_.collide_all();
   all_bodies_ =
       any_ && !built.bodies.empty() &&
       !any_collides(scene, pairs_, scene.cloths.size(), scene.cloths.size() + scene.bodies.size());

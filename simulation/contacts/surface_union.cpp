@@ -16,8 +16,9 @@ struct SurfaceUnion::Meeting {
   Vec3 q, towards;
   double slope = 0.0;  // above which a face rises
 
-  bool has(const Triangle& t) const {
-    return std::any_of(vertex.begin(), vertex.begin() + static_cast<std::ptrdiff_t>(size),
+  /// Whether the triangle has the whole border, so that ContactFilter has judged it.
+  bool is_of(const Triangle& t) const {
+    return std::all_of(vertex.begin(), vertex.begin() + static_cast<std::ptrdiff_t>(size),
                        [&](std::int32_t v) { return v == t[0] || v == t[1] || v == t[2]; });
   }
   bool is_below(const Vec3& from, const Vec3& to) const {
@@ -45,7 +46,7 @@ SurfaceUnion::Verdict SurfaceUnion::judge(const Meeting& m, std::span<const Vec3
   const double distance = m.towards.norm();
   tree_.for_each_near(m.q, reach.tolerance, [&](std::int32_t k) {
     const Triangle& t = tree_.triangles()[k];
-    if (verdict.is_wall || m.has(t) || std::none_of(t.begin(), t.end(), on_border)) return;
+    if (verdict.is_wall || m.is_of(t) || std::none_of(t.begin(), t.end(), on_border)) return;
     if (!reach.collides.empty() && reach.collides[reach.surface[t[0]]] == 0) return;
     const ClosestPoints here = point_triangle_closest(m.q, x[t[0]], x[t[1]], x[t[2]]);
     if (here.distance > reach.tolerance) return;

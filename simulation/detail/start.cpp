@@ -67,15 +67,30 @@ std::string missing_detector(const ContactSpec& contact, const Methods& methods)
   return narrow->traits().misses_nothing ? "" : contact.narrow_phase;
 }
 
+constexpr std::size_t kMostNamed = 3;  // pairs of surfaces
+
+/// Which pairs of surfaces the scene excludes.
+std::string excluded_pairs(const ContactPairs& pairs, const VertexNames& names) {
+  std::vector<std::string> named;
+  for (const auto& [a, b] : pairs.excluded())
+    if (named.size() < kMostNamed)
+      named.push_back(a == b ? names.owner_name(a) + " and itself"
+                             : names.owner_name(a) + " and " + names.owner_name(b));
+  if (const std::size_t more = pairs.excluded().size() - named.size(); more > 0)
+    named.push_back(fmt::format("{} more", more));
+  return fmt::format(
+      "{} of {} pairs of surfaces were not checked between frames (collide: false): {}",
+      pairs.excluded().size(), pairs.count(), fmt::join(named, "; "));
+}
+
 /// RunResult::unchecked.
-std::string unchecked_between_frames(const Scene& scene, const Methods& methods) {
+std::string unchecked_between_frames(const Scene& scene, const Methods& methods,
+                                     const VertexNames& names) {
   std::vector<std::string> parts;
   if (!scene.contact.self)
     parts.emplace_back("cloth was not checked against itself between frames (contact.self: false)");
-  if (const ContactPairs pairs(scene); pairs.excluded() > 0)
-    parts.push_back(
-        fmt::format("{} of {} pairs of surfaces were not checked between frames (collide: false)",
-                    pairs.excluded(), pairs.count()));
+  if (const ContactPairs pairs(scene); !pairs.excluded().empty())
+    parts.push_back(excluded_pairs(pairs, names));
   if (const std::string misses = missing_detector(scene.contact, methods); !misses.empty())
     parts.push_back(misses + " may miss collisions between frames");
   return fmt::format("{}", fmt::join(parts, ", "));
@@ -124,7 +139,7 @@ Simulation::Parts::Parts(const Scene& s, BuiltScene b, const Methods& m)
         scene.solver.integrator));
   if (!methods.traits.is_implicit)
     detail::refuse_unfit_response(scene, m.responses, *methods.response, built.cloth.mass);
-  result.unchecked = unchecked_between_frames(scene, m);
+  result.unchecked = unchecked_between_frames(scene, m, methods.names);
   state.x = built.cloth.surface.vertices;
   state.v = built.velocity;
   note_memory();

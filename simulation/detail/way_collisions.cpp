@@ -23,7 +23,7 @@ Sides sides_of(const Collision& c) {
 class WaySearch {
  public:
   explicit WaySearch(const ClothWay& way)
-      : way_(way), pairs_(way.scene), excludes_(pairs_.excluded() > 0) {}
+      : way_(way), pairs_(way.scene), excludes_(!pairs_.collide_all()) {}
 
   std::set<std::int32_t> run() {
     if (searches_self(way_.scene)) search_self();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
+#include <selvedge/bodies/body.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/detection/find.h>
 #include <selvedge/dress/internal/repair_garment.h>
@@ -261,6 +262,95 @@ TEST(RepairGarment, TakesOutCrossingsOfItsLayersAwayFromTheBody) {
     EXPECT_TRUE(is_free(garment, result.x, body)) << seed;
     EXPECT_LT(result.median_motion, 5e-4) << seed;
   }
+}
+
+// ---- garments that lie half in a body
+
+double mean_edge(const TriangleMesh& mesh) {
+  double sum = 0.0;
+  const std::vector<Edge> edges = unique_edges(mesh.triangles);
+  for (const auto& [a, b] : edges) sum += (mesh.vertices[a] - mesh.vertices[b]).norm();
+  return sum / static_cast<double>(edges.size());
+}
+
+/// A grid of rows and columns, closed in a ring or not, at places of (row, column) in [0, 1].
+template <class Place>
+TriangleMesh grid(int rows, int columns, bool is_ring, const Place& place) {
+  TriangleMesh mesh;
+  const int wide = is_ring ? columns : columns + 1;
+  for (int i = 0; i <= rows; ++i)
+    for (int k = 0; k < wide; ++k)
+      mesh.vertices.push_back(place(i / double(rows), k / double(columns)));
+  for (int i = 0; i < rows; ++i)
+    for (int k = 0; k < columns; ++k) {
+      const int a = i * wide + k, b = i * wide + (k + 1) % wide;
+      mesh.triangles.push_back({a, b, b + wide});
+      mesh.triangles.push_back({a, b + wide, a + wide});
+    }
+  return mesh;
+}
+
+/// A tube, a shirt that is wide at its hem, or a sheet.
+TriangleMesh thrown_garment(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const int kind = static_cast<int>(random() % 3), rows = 4 + static_cast<int>(random() % 3);
+  const double radius = 0.08 + 0.06 * unit(random), wide = kind == 0 ? 0.0 : unit(random);
+  const double size = 0.2 + 0.2 * unit(random);
+  if (kind == 2)
+    return grid(rows, rows + 2, false,
+                [&](double i, double k) { return Vec3(size * (i - 0.5), size * (k - 0.5), 0.0); });
+  return grid(rows, 12, true, [&](double i, double k) {
+    return on_tube(radius * (1.0 + wide * (1.0 - i)), 2.0 * std::numbers::pi * k, size * (i - 0.5));
+  });
+}
+
+AnalyticShape thrown_over(std::mt19937& random) {
+  std::uniform_real_distribution<double> size(0.06, 0.12);
+  const double a = size(random), b = size(random), c = size(random);
+  switch (random() % 3) {
+    case 0:
+      return Cylinder{.radius = a, .height = 4.0 * b};
+    case 1:
+      return Box{.size = 2.0 * Vec3(a, b, c)};
+    default:
+      return Sphere{.radius = a};
+  }
+}
+
+TEST(RepairGarment, NoVertexIsThrownAndTheStretchIsSaid) {
+  constexpr double kFar = 5.0;  // mean edges
+  int clean = 0, moved = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    TriangleMesh garment = thrown_garment(random);
+    const AnalyticShape shape = thrown_over(random);
+    const Vec3 axis = Vec3(unit(random), unit(random), unit(random)).normalized();
+    const Eigen::AngleAxisd turn(unit(random) * (random() % 2 ? 0.4 : std::numbers::pi), axis);
+    const Vec3 shift = 0.15 * Vec3(unit(random), unit(random), unit(random));
+    double deepest = 0.0;
+    for (Vec3& p : garment.vertices) {
+      p = turn * p + shift;
+      deepest = std::max(deepest, -signed_distance(shape, p));
+    }
+    const TriangleMesh body = tessellate(shape, 10);
+    const RepairResult r = repair_garment(garment, body);
+    clean += r.clean() ? 1 : 0;
+    moved += r.moved > 0 ? 1 : 0;
+    EXPECT_LT(r.largest_motion, deepest + kFar * mean_edge(garment)) << seed;
+    double stretch = 0.0;
+    for (const auto& [a, b] : unique_edges(garment.triangles))
+      stretch = std::max(
+          stretch,
+          (r.x[a] - r.x[b]).norm() / (garment.vertices[a] - garment.vertices[b]).norm() - 1.0);
+    EXPECT_NEAR(r.max_stretch, stretch, 1e-9) << seed;
+    EXPECT_EQ(r.good(), r.clean() && stretch <= 0.3) << seed;
+    EXPECT_EQ(r.stretched.empty() ? 0.0 : r.stretched[0].stretch,
+              stretch > 0.3 ? r.max_stretch : 0.0)
+        << seed;
+  }
+  EXPECT_GE(moved, 50);
+  EXPECT_GE(clean, 95);
 }
 
 }  // namespace

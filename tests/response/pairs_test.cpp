@@ -154,7 +154,7 @@ TEST(Pairs, AnExcludedPairIsExcludedInBothDirections) {
   EXPECT_FALSE(pairs.collide(kA, kPlane));
   EXPECT_TRUE(pairs.collide(kB, kPlane));
   EXPECT_EQ(pairs.count(), 9);
-  EXPECT_EQ(pairs.excluded(), 3);
+  EXPECT_EQ(pairs.excluded().size(), 3u);
 }
 
 /// A sheet on a sheet on a plane, each 5 mm above the next.

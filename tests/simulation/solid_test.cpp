@@ -344,6 +344,30 @@ TEST(Solids, OnGuidesAndUnderForcesGainNoEnergy) {
   }
 }
 
+// A body does not meet itself: only what the scene leaves out is not checked.
+TEST(Solids, AreBodiesInTheVerdictsAndLeaveNoPairUnchecked) {
+  Scene scene = empty_scene();
+  scene.gravity = {0.0, 0.0, -9.81};
+  scene.cloths = {sheet(0.3, 4, {0.0, 0.0, 2.0}),
+                  solid("crate", Box{}, {.mass = 1.0}, {0.0, 0.0, 0.0}),
+                  solid("", Sphere{.radius = 0.1}, {.mass = 1.0}, {2.0, 0.0, 0.0})};
+  Simulation simulation(scene);
+  EXPECT_EQ(simulation.result().unchecked, "");
+  EXPECT_EQ(simulation.names().owner_name(0), "cloth \"sheet\"");
+  EXPECT_EQ(simulation.names().owner_name(1), "body \"crate\"");
+  EXPECT_EQ(simulation.names().owner_name(2), "body 2");
+  scene.cloths.erase(scene.cloths.begin());
+  Simulation bodies(scene);
+  bodies.advance_to_frame(2);
+  EXPECT_NE(bodies.rest().verdict.find("of body \"crate\""), std::string::npos)
+      << bodies.rest().verdict;
+  scene.cloths[1].name = "ball";
+  scene.contact.pairs = {{.a = "crate", .b = "ball", .collide = false}};
+  EXPECT_EQ(Simulation(scene).result().unchecked,
+            "1 of 1 pairs of surfaces were not checked between frames (collide: false): "
+            "body \"crate\" and body \"ball\"");
+}
+
 TEST(Solids, NeedTheSearchOfTheClothAgainstItself) {
   Scene scene = empty_scene();
   scene.cloths.push_back(solid("ball", Sphere{.radius = 0.1}, {.mass = 1.0}, Vec3::Zero()));

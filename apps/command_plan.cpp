@@ -54,7 +54,7 @@ Json measure_proofs(const PlanOptions& o, const Methods& methods) {
   std::vector<Override> overrides = read_overrides(o.set);
   overrides.push_back({"time.frames", std::to_string(o.measure)});
   const Scene on = read_scene(o.scene, overrides, methods);
-  overrides.push_back({"plan.proofs", "false"});
+  overrides.push_back({"plan", "false"});
   const Scene off = read_scene(o.scene, overrides, methods);
   TimedRun with, without;
   std::vector<double> with_s, without_s, ratios;
@@ -241,7 +241,7 @@ void add_options(const Command& command, PlanOptions& o) {
   command.flag("--json", o.json, "Print JSON");
   command.footer(
       "The program leaves out parts that are proved to have no effect; the result has the\n"
-      "same bits (plan.proofs=false in a scene, or `run --plan off`, computes them all).\n"
+      "same bits (plan=false in a scene, or `run --plan off`, computes them all).\n"
       "Parts whose absence changes the result are switched off only by --accept.\n"
       "Exit code: 0 done, 1 proofs changed the result, 2 bad input.");
 }

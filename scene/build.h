@@ -6,8 +6,10 @@
 #include <selvedge/core/cloth/force.h>
 #include <selvedge/scene/scene.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -90,7 +92,21 @@ struct BuiltSolid {
   std::int32_t leader = 0;  ///< first of the leaders, the last vertices of the piece
   int leaders = 4;          ///< 1: it slides
   double mass = 0.0;        ///< kg
-  double radius = 0.0;      ///< m, of its farthest vertex from the centre of mass
+  double radius = 0.0;      ///< m, of its farthest vertex from the centre of mass or from its hinge
+  /// A point that the leaders move with their weights: on the hinge and off it, or the centre of
+  /// mass of a body that slides.
+  struct Point {
+    std::array<double, 4> weight{};
+    Vec3 start = Vec3::Zero();  ///< m
+
+    Vec3 at(std::span<const Vec3> leaders) const {
+      return weight[0] * leaders[0] + weight[1] * leaders[1] + weight[2] * leaders[2] +
+             weight[3] * leaders[3];
+    }
+  };
+  std::array<Point, 2> pins{};  ///< the points that a hinge holds; of weight 0: it has none
+  Point limited{};              ///< the point whose way shows how far the body has come
+  double lever = 0.0;           ///< m, of this point and of the pins; on a hinge
 };
 
 /// The parts of a scene as they are simulated: all pieces joined, meshes loaded and placed.

@@ -10,6 +10,7 @@
 #include <selvedge/core/patterns/make_cloth.h>
 #include <selvedge/scene/methods.h>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -87,10 +88,19 @@ struct ClothGrid {
 struct SolidSpec {
   double mass = 0.0;          ///< kg, > 0, spread evenly within its surface, which is closed
   Vec3 slide = Vec3::Zero();  ///< direction of the line along which alone it moves; 0: it is free
+  /// m, two points of the axis about which alone it turns; equal: none. It turns right-handed about
+  /// the way from the first to the second.
+  std::array<Vec3, 2> hinge{Vec3::Zero(), Vec3::Zero()};
+  /// The least and the largest way along `slide`, m, or angle about `hinge`, degrees, from the
+  /// start; equal: none.
+  std::array<double, 2> limits{0.0, 0.0};
+  double damping = 0.0;       ///< N·s/m along `slide`, N·m·s about `hinge`, >= 0
   Vec3 force = Vec3::Zero();  ///< N, constant, at its centre of mass
   double friction = 0.3;      ///< Coulomb coefficient of all that touches it, >= 0
 
   bool slides() const { return !slide.isZero(0.0); }
+  bool turns() const { return hinge[0] != hinge[1]; }
+  bool has_limits() const { return limits[0] != limits[1]; }
 };
 
 struct ClothFile {

@@ -64,6 +64,27 @@ std::vector<Guide> guides_of(const Scene& scene, const BuiltScene& built) {
   return guides;
 }
 
+// What holds the axes of bodies on hinges and damps these and those that slide.
+void add_joints(const Scene& scene, const BuiltScene& built,
+                std::vector<std::unique_ptr<Force>>& forces) {
+  std::vector<detail::Pin> pins;
+  std::vector<detail::Damper> dampers;
+  for (const BuiltSolid& solid : built.solids) {
+    const SolidSpec& spec = *solid_of(scene.cloths[solid.piece]);
+    if (spec.turns())
+      for (const BuiltSolid::Point& pin : solid.pins)
+        pins.push_back({solid.leader, pin.weight, pin.start,
+                        solid.mass / 2.0 * detail::kSolidFrequency * detail::kSolidFrequency});
+    if (spec.damping == 0.0) continue;
+    // The leaders have equal masses: damped alike, they turn as if the hinge had the moment.
+    const double arm = spec.turns() ? solid.lever : 1.0;
+    for (int k = 0; k < solid.leaders; ++k)
+      dampers.push_back({solid.leader + k, spec.damping / (solid.leaders * arm * arm)});
+  }
+  if (!pins.empty() || !dampers.empty())
+    forces.push_back(detail::make_joints(std::move(pins), std::move(dampers)));
+}
+
 }  // namespace
 
 std::vector<double> start_areas(const BuiltScene& built) {
@@ -104,6 +125,7 @@ std::vector<std::unique_ptr<Force>> make_forces(const Scene& scene, const BuiltS
   if (!built.solids.empty()) {
     forces.push_back(detail::make_rods(rods_of(built)));
     forces.push_back(make_guides(guides_of(scene, built)));
+    add_joints(scene, built, forces);
   }
   for (const BuiltVolume& v : built.volumes)
     forces.push_back(make_volume_force(v.stiffness, v.centre, v.triangles, cloth.surface.vertices));

@@ -27,6 +27,13 @@ constexpr double kAtVertices = 0.01;
 // A radius of gyration of at least this share of the largest one keeps the leaders apart.
 constexpr double kThinnest = 1e-3;
 
+// A centre of mass nearer to the hinge than this share of the radius of gyration about it shows no
+// direction.
+constexpr double kOffAxis = 1e-3;
+
+// Degrees; the limits of a hinge stay apart by a quarter turn behind.
+constexpr double kMostTurn = 270.0;
+
 struct MassPoints {
   double volume = 0.0;
   Vec3 centre = Vec3::Zero();
@@ -108,6 +115,34 @@ Box4 box_of(const MassPoints& m) {
   return box;
 }
 
+// A point that follows leaders at the corners of a box.
+BuiltSolid::Point following_point(const Vec3& x, std::span<const Vec3> leaders) {
+  Box4 box{.centre = Vec3::Zero(), .half = Vec3::Ones(), .axes = Mat3::Zero()};
+  for (const Vec3& leader : leaders) box.centre += 0.25 * leader;
+  for (int k = 0; k < 4; ++k)
+    box.axes += 0.25 * (leaders[k] - box.centre) *
+                Vec3(Box4::kSigns[k][0], Box4::kSigns[k][1], Box4::kSigns[k][2]).transpose();
+  BuiltSolid::Point point{.start = x};
+  const Vec3 at = box.axes.inverse() * (x - box.centre);
+  for (int k = 0; k < 4; ++k)
+    point.weight[k] =
+        0.25 * (1.0 + at.dot(Vec3(Box4::kSigns[k][0], Box4::kSigns[k][1], Box4::kSigns[k][2])));
+  return point;
+}
+
+void check_joint(const SolidSpec& solid) {
+  const auto fail = [](const char* words) { throw std::invalid_argument(words); };
+  if (solid.slides() && solid.turns())
+    fail("a body has both \"slide\" and \"hinge\"; leave one out");
+  if ((solid.has_limits() || solid.damping != 0.0) && !solid.slides() && !solid.turns())
+    fail("\"limits\" and \"damping\" need \"slide\" or \"hinge\" beside them");
+  if (!(solid.limits[0] <= 0.0 && solid.limits[1] >= 0.0))
+    fail("\"limits\" count from the start: the first is at most 0, the second at least 0");
+  if (solid.turns() && solid.limits[1] - solid.limits[0] > kMostTurn)
+    fail("the \"limits\" of a hinge are at most 270 degrees apart");
+  if (!(solid.damping >= 0.0)) fail("\"damping\" is at least 0");
+}
+
 }  // namespace
 
 const SolidSpec* solid_of(const ClothSpec& cloth) {
@@ -119,6 +154,7 @@ namespace detail {
 
 ClothMesh make_solid(const TriangleMesh& surface, const SolidSpec& solid) {
   refuse_open(surface);
+  check_joint(solid);
   const MassPoints points = mass_points(surface);
   if (!(points.volume > 0.0))
     throw std::invalid_argument(
@@ -159,8 +195,27 @@ BuiltSolid built_solid(std::size_t piece, std::int32_t begin, const SolidSpec& s
   Vec3 centre = Vec3::Zero();
   for (std::int32_t k = built.leader; k < end; ++k)
     centre += all.surface.vertices[k] / built.leaders;
+  // A hinge's vertices turn about its axis, others about their centre.
+  const Vec3 axis = solid.turns() ? (solid.hinge[1] - solid.hinge[0]).normalized() : Vec3::Zero();
+  const auto arm = [&](const Vec3& x) {
+    if (!solid.turns()) return (x - centre).norm();
+    return axis.cross(x - solid.hinge[0]).norm();
+  };
   for (std::int32_t i = begin; i < built.leader; ++i)
-    built.radius = std::max(built.radius, (all.surface.vertices[i] - centre).norm());
+    built.radius = std::max(built.radius, arm(all.surface.vertices[i]));
+  const auto leaders = std::span(all.surface.vertices).subspan(built.leader, built.leaders);
+  if (solid.slides()) built.limited = following_point(centre, leaders);
+  if (!solid.turns()) return built;
+  double squares = 0.0;
+  for (const Vec3& x : leaders) squares += arm(x) * arm(x) / built.leaders;
+  built.lever = std::sqrt(squares);
+  const Vec3 foot = solid.hinge[0] + axis.dot(centre - solid.hinge[0]) * axis, out = centre - foot;
+  const bool is_off = out.norm() > kOffAxis * built.lever;
+  built.pins = {following_point(foot - built.lever * axis, leaders),
+                following_point(foot + built.lever * axis, leaders)};
+  built.limited = following_point(
+      foot + built.lever * (is_off ? Vec3(out.normalized()) : Vec3(axis.unitOrthogonal())),
+      leaders);
   return built;
 }
 

@@ -2,6 +2,7 @@
 #include <selvedge/scene/detail/solid_force.h>
 
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace selvedge::detail {
@@ -56,7 +57,75 @@ class Rods final : public Force {
   std::vector<std::array<std::int32_t, 2>> slots_;
 };
 
+class Joints final : public Force {
+ public:
+  Joints(std::vector<Pin> pins, std::vector<Damper> dampers)
+      : pins_(std::move(pins)), dampers_(std::move(dampers)) {}
+
+  void add_force(const ForceState& state, std::span<Vec3> f) const override {
+    for (const Pin& pin : pins_) {
+      const Vec3 pull = -pin.stiffness * off(pin, state);
+      for (int k = 0; k < 4; ++k) f[pin.leader + k] += pin.weight[k] * pull;
+    }
+    for (const Damper& d : dampers_) f[d.particle] -= d.damping * state.v[d.particle];
+  }
+  double energy(const ForceState& state) const override {
+    double sum = 0.0;
+    for (const Pin& pin : pins_) sum += 0.5 * pin.stiffness * off(pin, state).squaredNorm();
+    return sum;
+  }
+  bool is_external() const override { return true; }
+  void add_links(std::vector<Edge>& links) const override {
+    for (const Pin& pin : pins_)
+      for (int a = 0; a < 4; ++a)
+        for (int b = a + 1; b < 4; ++b) links.push_back({pin.leader + a, pin.leader + b});
+  }
+  void bind(const BlockMatrix& matrix) override {
+    slots_.clear();
+    for (const Pin& pin : pins_)
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b)
+          slots_.push_back(a == b ? -1 : matrix.slot(pin.leader + a, pin.leader + b));
+  }
+  void add_jacobian(const ForceState&, double h, BlockMatrix& matrix) const override {
+    auto slot = slots_.begin();
+    for (const Pin& pin : pins_)
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b, ++slot) {
+          Mat3& block = a == b ? matrix.diagonal(pin.leader + a) : matrix.values()[*slot];
+          block.diagonal().array() += h * h * pin.stiffness * pin.weight[a] * pin.weight[b];
+        }
+    for (const Damper& d : dampers_)
+      matrix.diagonal(d.particle).diagonal().array() += h * d.damping;
+  }
+  void add_stiffness_bound(const ForceState&, std::span<double> stiffness,
+                           std::span<double> damping) const override {
+    for (const Damper& d : dampers_) damping[d.particle] += d.damping;
+    for (const Pin& pin : pins_) {
+      double sum = 0.0;
+      for (const double w : pin.weight) sum += std::abs(w);
+      for (int k = 0; k < 4; ++k)
+        stiffness[pin.leader + k] += pin.stiffness * std::abs(pin.weight[k]) * sum;
+    }
+  }
+
+ private:
+  static Vec3 off(const Pin& pin, const ForceState& state) {
+    Vec3 off = -pin.place;
+    for (int k = 0; k < 4; ++k) off += pin.weight[k] * state.x[pin.leader + k];
+    return off;
+  }
+
+  std::vector<Pin> pins_;
+  std::vector<std::int32_t> slots_;  // of each pin in turn
+  std::vector<Damper> dampers_;
+};
+
 }  // namespace
+
+std::unique_ptr<Force> make_joints(std::vector<Pin> pins, std::vector<Damper> dampers) {
+  return std::make_unique<Joints>(std::move(pins), std::move(dampers));
+}
 
 std::unique_ptr<Force> make_rods(std::vector<Rod> rods) {
   return std::make_unique<Rods>(std::move(rods));

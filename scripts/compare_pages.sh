@@ -64,7 +64,7 @@ for name in "${pages[@]}"; do
   case $name in
     detectors)
       small=(--vary broad_phase=all --no-reference --judge 2)
-      page detectors_flag data/scenes/flag.json "${small[@]}" --set 'geometry.0.cells=[24,24]' --set time.frames=4 --set plan.proofs=false
+      page detectors_flag data/scenes/flag.json "${small[@]}" --set 'geometry.0.cells=[24,24]' --set time.frames=4 --set plan=false
       page detectors_ball data/scenes/cloth_on_sphere.json "${small[@]}" --set 'geometry.0.cells=[24,24]' \
         --set obstacles.0.shape.resolution=24 --set time.frames=12
       page detectors_two_sheets data/scenes/two_sheets_on_ball.json "${small[@]}" --set 'geometry.0.cells=[20,20]' \

@@ -129,7 +129,7 @@ struct PieceOf {
 using PieceKey = std::variant<PieceOf<ClothFile>, PieceOf<GarmentKeys>, PieceOf<ClothGrid>>;
 
 struct SequenceKeys {
-  double fps = BodySequence{}.fps, start = BodySequence{}.start;
+  double fps = BodySequence{}.fps;
 };
 /// An obstacle as files give it.
 template <class Shape>

@@ -50,9 +50,12 @@ constexpr OldKey kOldKeys[] = {
     {.old = "obstacles.*.shape.length", .now = "obstacles.*.shape.height"},
     {.old = "closed_form.body", .gone = "the slope is the only obstacle", .dropped = "*"},
     {.old = "closed_form.motion", .now = "closed_form"},
+    {.old = "plan.proofs", .now = "plan"},
 
     {.old = "obstacles.*.transformation.scale", .gone = "give the sizes of the shape, or the \"unit\" of the mesh", .dropped = "1"},
     {.old = "obstacles.*.sequence.first", .gone = "a name with # begins with the lowest number; list the files to begin elsewhere", .dropped = "0"},
+    {.old = "obstacles.*.sequence.start", .gone = "list the first mesh as often as it waits", .dropped = "0"},
+    {.old = "materials.*.fabric_source", .gone = "write it into \"description\"", .dropped = "*"},
     {.old = "obstacles.*.without_groups", .gone = "name the groups that belong to the body in \"groups\"", .dropped = "[]"},
     {.old = "geometry.*.sewing.tolerance", .gone = kInPrograms, .dropped = "0.005"},
     {.old = "geometry.*.sewing.damping", .gone = kInPrograms, .dropped = "0.05"},

@@ -121,8 +121,8 @@ class BodyReader {
     complete(body.shape);
     if constexpr (!std::is_same_v<Shape, BodySequence>)
       if (body.solid.mass > 0.0) return add_solid(body, name, scene);
-    if (!body.solid.force.isZero(0.0) || body.solid.slides())
-      fail(document_, path_, "\"slide\" and \"force\" need the key \"mass\"");
+    for (const char* key : {"slide", "hinge", "limits", "damping", "force"})
+      if (j_.contains(key)) fail(document_, join(path_, key), "needs a \"mass\" above 0 beside it");
     body.body.shape = std::move(body.shape);
     if constexpr (!std::is_same_v<Shape, BodySequence>)
       body.body.motion = read_motion(document_, j_["motion"], join(path_, "motion"));
@@ -180,7 +180,6 @@ class BodyReader {
     SequenceKeys keys;
     fields_.read(j_["sequence"], path, keys);
     shape.fps = keys.fps;
-    shape.start = keys.start;
     Json& files = j_["sequence"]["files"];
     if (files.is_string()) files = expand(document_, files.get<std::string>(), place);
     for (std::size_t i = 0; i < files.size(); ++i)

@@ -113,7 +113,6 @@ void expand_fabrics(LocatedJson& document) {
       for (const auto& [key, value] : constants.items())
         if (!given(key)) added[key] = value;
       material.update(added);
-      material["fabric_source"] = fabric.name + ": " + fabric.source;
     } catch (const std::invalid_argument& error) {
       fail(document, path, error.what());
     }

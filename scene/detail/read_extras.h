@@ -7,8 +7,8 @@
 namespace selvedge::detail {
 
 /// Replaces "fabric" of each material by the fabric's constants, except those that the material
-/// gives itself, and by "fabric_source". Call it before the document is completed. Throws
-/// std::invalid_argument through `fail` for a fabric that does not exist or cannot be used.
+/// gives itself. Call it before the document is completed. Throws std::invalid_argument through
+/// `fail` for a fabric that does not exist or cannot be used.
 void expand_fabrics(LocatedJson& document);
 
 /// The piece that `j` names by "geometry", which may be left out if there is only one; it is then

@@ -207,15 +207,6 @@ struct Fields<SolverSpec> {
 };
 
 template <>
-struct Fields<PlanSpec> {
-  static void visit(auto&& visitor) {
-    visitor("proofs", &PlanSpec::proofs,
-            Key{.text = "Leave out what provably does nothing; the results are the same to the "
-                        "bit"});
-  }
-};
-
-template <>
 struct Fields<CameraSpec> {
   static void visit(auto&& visitor) {
     using T = CameraSpec;
@@ -583,8 +574,6 @@ struct Fields<MaterialKeys> {
                         "--list`, such as \"petrak_2025/M1\"; a fabric file, path relative to the "
                         "scene file; or the sheet itself with the keys of such a file, KES-F's "
                         "with its loops among them"});
-    visitor("fabric_source", Unstored<std::string>{""},
-            Key{.text = "Where the numbers come from; not interpreted"});
     visit_within<Material>(&MaterialKeys::material, visitor);
   }
 };
@@ -858,8 +847,6 @@ struct Fields<SequenceKeys> {
                 .required = true});
     visitor("fps", &T::fps,
             Key{.unit = "1/s", .range = {1e-6, 100000}, .text = "Meshes per second"});
-    visitor("start", &T::start,
-            Key{.unit = "s", .range = {-1e6, 1e6}, .text = "Time of the first one"});
   }
 };
 
@@ -895,6 +882,23 @@ struct Fields<BodyOf<Shape>> {
       visitor("slide", FieldWithin{&T::solid, &SolidSpec::slide},
               Key{.unit = "1",
                   .text = "With mass: the direction along which alone it moves; 0: any",
+                  .completed = false});
+      visitor("hinge", FieldWithin{&T::solid, &SolidSpec::hinge},
+              Key{.unit = "m",
+                  .text = "With mass: two points of the axis about which alone it turns; equal: "
+                          "none",
+                  .completed = false});
+      visitor(
+          "limits", FieldWithin{&T::solid, &SolidSpec::limits},
+          Key{.unit = "m or degrees",
+              .range = {-1e4, 1e4},
+              .text = "With slide or hinge: the least and the largest way or right-handed angle "
+                      "from the start; equal: none",
+              .completed = false});
+      visitor("damping", FieldWithin{&T::solid, &SolidSpec::damping},
+              Key{.unit = "N·s/m or N·m·s",
+                  .range = {0, 1e6},
+                  .text = "With slide or hinge: force or moment by the rate of the way or angle",
                   .completed = false});
       visitor("force", FieldWithin{&T::solid, &SolidSpec::force},
               Key{.unit = "N",
@@ -959,7 +963,9 @@ struct Fields<Scene> {
     visitor("contact", &T::contact,
             Key{.text = "Collision between cloth and bodies and of cloth with itself"});
     visitor("solver", &T::solver, Key{.text = "How the motion is integrated"});
-    visitor("plan", &T::plan, Key{.text = "What of a step is left out"});
+    visitor("plan", FieldWithin{&T::plan, &PlanSpec::proofs},
+            Key{.text = "Leave out what provably does nothing; the results are the same to the "
+                        "bit"});
     visitor("closed_form", &T::closed_form,
             Key{.text = "A motion that is known in closed form; `selvedge compare` measures errors "
                         "against it. free_fall: as a point in vacuum; incline: down the only "

@@ -51,7 +51,7 @@ EnergyBalance::EnergyBalance(const Scene& scene, const BuiltScene& built,
   rooted_ = !springs.empty() ||
             std::any_of(built.solids.begin(), built.solids.end(), [&](const BuiltSolid& solid) {
               const SolidSpec& spec = *solid_of(scene.cloths[solid.piece]);
-              return spec.slides() || !spec.force.isZero(0.0);
+              return spec.slides() || spec.turns() || !spec.force.isZero(0.0);
             });
 }
 

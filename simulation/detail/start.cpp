@@ -114,6 +114,7 @@ StepMethods::StepMethods(const Scene& s, const BuiltScene& built, const Methods&
       fail_safe(make_method(methods.fail_safes, scene.contact.fail_safe, "contact.fail_safe",
                             scene.contact.fail_safe_options)),
       sewing(scene, built),
+      stops(scene, built),
       names(scene, built),
       pinches(detection),
       validator(scene.contact.broad_phase),

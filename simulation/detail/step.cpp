@@ -133,9 +133,9 @@ SolveReport solve(StepMethods& m, const StepInput& in, std::span<const ImplicitT
                   double looser, SolvedVelocities& v) {
   const auto scope = m.clock.measure("solve");
   v.answered = !terms.empty();
-  return m.integrator->solve(
-      m.untangling() ? m.untangler->with_drive(terms, in.particles.mass) : terms, {v.mean, v.free},
-      (in.settles ? kSettled : 1.0) * (v.answered ? looser : 1.0));
+  if (m.untangling()) terms = m.untangler->with_drive(terms, in.particles.mass);
+  return m.integrator->solve(m.stops.with(terms), {v.mean, v.free},
+                             (in.settles ? kSettled : 1.0) * (v.answered ? looser : 1.0));
 }
 
 StepCounts count(const SolveReport& report) {
@@ -240,19 +240,23 @@ Solution solve_implicit(StepMethods& m, const StepInput& in, std::span<const Con
   Solution s{.v = begin_forces(m, in, contacts, std::move(course.v_mean)),
              .ends = {.x_t1 = std::move(course.x_t1)}};
   begin_response(m, in, contacts, s.v.mean);
+  m.stops.begin(in.particles.x, s.v.mean, in.h);
+  bool again = true;  // a solve although the response has no terms
   int collision_solves = 0;
   double looser = kLoosest;
   for (int round = 0; round < kMaxSolves + kMaxCollisionSolves; ++round) {
     double residual = 0.0;
     // A response without terms does all of its work after the solve, so that one solve suffices.
-    if (const auto terms = response_terms(m); round == 0 || s.v.answered || !terms.empty()) {
+    if (const auto terms = response_terms(m); again || s.v.answered || !terms.empty()) {
       const SolveReport report = solve(m, in, terms, looser, s.v);
       s.counts += count(report);
       residual = report.residual;
       if (m.trace) move_by_velocity(in, s.v.mean, s.ends.x_t1);
       trace_stage(m, collision_solves == 0 ? "solve" : "collision solve", s.ends, s.v, terms);
     }
-    if (update_response(m, s.v.mean) && round + 1 < kMaxSolves) {
+    const bool changed = update_response(m, s.v.mean);
+    again = m.stops.update(s.v.mean);
+    if ((changed || again) && round + 1 < kMaxSolves) {
       if (looser > 1.0) looser = std::max(kLooser, kTightening * looser);
       continue;
     }

@@ -10,6 +10,7 @@
 #include <selvedge/simulation/detail/pinches.h>
 #include <selvedge/simulation/detail/program_input.h>
 #include <selvedge/simulation/detail/sewing.h>
+#include <selvedge/simulation/detail/solids.h>
 #include <selvedge/simulation/detail/strain_stage.h>
 #include <selvedge/simulation/detail/untangle.h>
 #include <selvedge/simulation/detail/validate_step.h>
@@ -45,6 +46,7 @@ struct StepMethods {
   std::unique_ptr<FailSafe> fail_safe;
   std::unique_ptr<Untangler> untangler;  ///< null: the scene neither untangles nor carries jams on
   Sewing sewing;
+  JointStops stops;
   VertexNames names;
   Pinches pinches;
   StepValidator validator;  ///< used in validation builds

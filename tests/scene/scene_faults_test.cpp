@@ -148,7 +148,7 @@ TEST_F(SceneFile, EachBadNumberIsRefused) {
   refused("solver.error", "0");
   refused("solver.drag", "-1");
   refused("solver.max_newton", "0");
-  refused("plan.proofs", "1");
+  refused("plan", "1");
   refused("closed_form", "slide");
   refused("contact.self", "1");
   refused("contact.broad_phase", "bvh");

@@ -381,7 +381,6 @@ TEST_F(EverythingFile, EveryObstacleIsRead) {
   EXPECT_EQ(walk.files,
             (std::vector<fs::path>{folder_ / "walk_007.obj", folder_ / "walk_008.obj"}));
   EXPECT_EQ(walk.fps, 24);
-  EXPECT_EQ(walk.start, 0.25);
   EXPECT_EQ(walk.load.unit, 0.1);
   EXPECT_EQ(walk.load.up, UpAxis::x);
   EXPECT_EQ(s.bodies[8].friction, 0.9);

@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -17,6 +18,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace selvedge::solid_test {
 namespace {
@@ -366,6 +368,240 @@ TEST(Solids, AreBodiesInTheVerdictsAndLeaveNoPairUnchecked) {
   EXPECT_EQ(Simulation(scene).result().unchecked,
             "1 of 1 pairs of surfaces were not checked between frames (collide: false): "
             "body \"crate\" and body \"ball\"");
+}
+
+// -- joints ---------------------------------------------------------------------------------------
+
+constexpr double kGravity = 9.81, kDegree = std::numbers::pi / 180.0;
+
+/// Numbers at random, from the generator alone so that every system draws the same.
+class Draw {
+ public:
+  explicit Draw(unsigned seed) : random_(seed) {}
+  double within(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_()) / 4294967295.0;
+  }
+  Vec3 direction() {
+    return Vec3(within(-1.0, 1.0), within(-1.0, 1.0), within(0.2, 1.0)).normalized();
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+/// A box on a hinge through `on`, its centre of mass at `way` from there; its sides are turned with
+/// the axis and the way.
+struct Hinged {
+  Vec3 on, axis, way;  // m, a unit vector, m, perpendicular to the axis
+  Vec3 size;           // m, along the way, across it, and along the axis
+  double mass;         // kg
+
+  double moment() const {
+    const double own = size.x() * size.x() + size.y() * size.y();
+    return mass * (own / 12.0 + way.squaredNorm());
+  }
+  ClothSpec piece(SolidSpec spec, const std::string& name = "box") const {
+    spec.mass = mass;
+    spec.hinge = {on - 0.1 * axis, on + 0.3 * axis};
+    ClothSpec box = solid(name, Box{.size = size}, spec, on + way);
+    Mat3 turn;
+    turn << way.normalized(), axis.cross(way.normalized()), axis;
+    box.placement.rotation = turn;
+    return box;
+  }
+  double angle(const Vec3& centre) const {
+    const Vec3 now = centre - on;
+    return std::atan2(axis.dot(way.cross(now)), way.dot(now));
+  }
+};
+
+/// The way of the body turned about its axis.
+Vec3 turned(const Vec3& way, const Vec3& axis, double angle) {
+  return Eigen::AngleAxisd(angle, axis) * way;
+}
+
+// Axes, lengths and boxes at random: the period of small swings is 2π √(I/(m g sin(axis) L)).
+TEST(Hinges, APendulumKeepsItsPeriodAndGainsNoEnergy) {
+  Draw draw(3);
+  for (int trial = 0; trial < 6; ++trial) {
+    SCOPED_TRACE(trial);
+    const double swing = draw.within(0.05, 0.2);
+    Hinged box{.on = 0.3 * draw.direction(),
+               .axis = draw.direction(),
+               .way = {},
+               .size = {},
+               .mass = draw.within(0.05, 5.0)};
+    const Vec3 down = -Vec3::UnitZ() + box.axis.z() * box.axis;
+    box.way = turned(draw.within(0.1, 0.6) * down.normalized(), box.axis, swing);
+    box.size = Vec3(draw.within(0.05, 0.3), draw.within(0.05, 0.2), draw.within(0.05, 0.2));
+    Scene scene = empty_scene();
+    scene.gravity = Vec3(0.0, 0.0, -kGravity);
+    scene.cloths.push_back(box.piece({}));
+    Simulation simulation(scene);
+    const double lever = box.way.norm(), pull = box.mass * kGravity * down.norm() * lever;
+    const double expected =
+        2.0 * std::numbers::pi * std::sqrt(box.moment() / pull) * (1.0 + swing * swing / 16.0);
+    const double swung = pull * (1.0 - std::cos(swing));
+    const auto past = [&] { return box.angle(centre(simulation, 0)) + swing; };  // the lowest place
+    std::vector<double> crossings;
+    double before = past(), time = 0.0, most = 0.0;
+    while (crossings.size() < 5) {
+      simulation.step();
+      const double now = past();
+      if ((before < 0.0) != (now < 0.0))
+        crossings.push_back(time + (simulation.time() - time) * before / (before - now));
+      before = now;
+      time = simulation.time();
+      const double height = centre(simulation, 0).z() - (box.on + box.way).z();
+      const Sum sum = sum_of(simulation);
+      most = std::max(most, sum.kinetic + box.mass * kGravity * height);
+      EXPECT_NEAR((centre(simulation, 0) - box.on).norm(), lever, 2e-3 * lever);
+      EXPECT_NEAR(box.axis.dot(centre(simulation, 0) - box.on), 0.0, 1e-5);
+      ASSERT_LT(time, 20.0);
+    }
+    EXPECT_NEAR((crossings[4] - crossings[0]) / 2.0, expected, 0.01 * expected);
+    EXPECT_LT(most, 0.05 * swung) << "J above the start, of " << swung;
+  }
+}
+
+TEST(Hinges, TurnWithTheirDamping) {
+  Draw draw(4);
+  for (int trial = 0; trial < 4; ++trial) {
+    SCOPED_TRACE(trial);
+    Hinged box{.on = Vec3::Zero(),
+               .axis = draw.direction(),
+               .way = {},
+               .size = Vec3(0.3, 0.1, 0.2),
+               .mass = draw.within(0.1, 3.0)};
+    box.way = 0.2 * box.axis.unitOrthogonal();
+    const double rate = draw.within(0.5, 2.0), spin = 2.0;  // 1/s, rad/s
+    Scene scene = empty_scene();
+    scene.cloths.push_back(box.piece({.damping = rate * box.moment()}));
+    BuiltScene built = build_scene(scene);
+    for (std::size_t i = 0; i < built.velocity.size(); ++i)
+      built.velocity[i] = spin * box.axis.cross(built.cloth.surface.vertices[i]);
+    Simulation simulation(scene, std::move(built));
+    simulation.advance_to_frame(60);
+    const double left = box.axis.dot(sum_of(simulation).angular) / (box.moment() * spin);
+    EXPECT_NEAR(left, std::exp(-rate), 0.02) << rate;
+  }
+  Scene scene = empty_scene();
+  scene.cloths.push_back(solid("cart", Box{.size = Vec3(0.1, 0.1, 0.1)},
+                               {.mass = 2.0, .slide = Vec3::UnitX(), .damping = 2.0},
+                               Vec3::Zero()));
+  scene.cloths[0].velocity = Vec3::UnitX();
+  Simulation simulation(scene);
+  simulation.advance_to_frame(60);
+  EXPECT_NEAR(speed(simulation, 0).x(), std::exp(-1.0), 0.01);
+}
+
+// Doors and carts at random against their limits, which they must not pass, nor leave again.
+TEST(Limits, StopWithoutBounceOrPenetration) {
+  Draw draw(5);
+  for (int trial = 0; trial < 12; ++trial) {
+    const bool turns = trial % 2 == 0, up = trial % 4 < 2;
+    SCOPED_TRACE(testing::Message() << trial << (turns ? ", turns" : ", slides"));
+    Scene scene = empty_scene();
+    scene.time.steps_per_frame = trial % 3 + 1;
+    const double limit = turns ? draw.within(5.0, 100.0) : draw.within(0.01, 0.3);
+    SolidSpec spec{.mass = draw.within(0.1, 3.0), .limits = {up ? 0.0 : -limit, up ? limit : 0.0}};
+    const double sign = up ? 1.0 : -1.0;
+    Hinged box{.on = Vec3(0.1, 0.2, 0.3),
+               .axis = draw.direction(),
+               .way = {},
+               .size = Vec3(0.3, 0.1, 0.2),
+               .mass = spec.mass};
+    box.way = 0.2 * box.axis.unitOrthogonal();
+    if (turns) {
+      // Gravity turns it down from a way perpendicular to it and the axis.
+      scene.gravity =
+          kGravity *
+          box.axis.cross(turned(box.way.normalized(), box.axis, 0.5 * sign * limit * kDegree)) *
+          sign;
+      scene.cloths.push_back(box.piece(spec));
+    } else {
+      spec.slide = box.axis;
+      spec.force = sign * 3.0 * spec.mass * box.axis;
+      scene.cloths.push_back(solid("cart", Box{.size = box.size}, spec, box.on));
+    }
+    Simulation simulation(scene);
+    double least_after = 1.0, most = 0.0;
+    bool met = false;
+    while (!simulation.reached(90)) {
+      simulation.step();
+      const Vec3 c = centre(simulation, 0);
+      const double way =
+          sign / limit * (turns ? box.angle(c) / kDegree : spec.slide.dot(c - box.on));
+      most = std::max(most, way);
+      met = met || way > 1.0 - 1e-4;
+      if (met) least_after = std::min(least_after, way);
+    }
+    EXPECT_TRUE(met);
+    EXPECT_LT(most, 1.0 + 1e-4);
+    EXPECT_GT(least_after, 1.0 - 1e-4);
+    EXPECT_LT(speed(simulation, 0).norm(), 1e-4);
+    EXPECT_TRUE(simulation.result().clean);
+  }
+}
+
+/// A door on a vertical hinge, into which a sheet flies; it closes at 60 degrees.
+Scene door() {
+  Scene scene = empty_scene();
+  const Hinged leaf{.on = Vec3::Zero(),
+                    .axis = Vec3::UnitZ(),
+                    .way = Vec3(0.2, 0.0, 0.0),
+                    .size = Vec3(0.4, 0.02, 0.5),
+                    .mass = 0.1};
+  scene.cloths.push_back(sheet(0.3, 12, Vec3(0.25, -0.05, 0.01)));
+  scene.cloths[0].placement.rotation = Eigen::AngleAxisd(std::numbers::pi / 2.0, Vec3::UnitX());
+  scene.cloths[0].velocity = Vec3(0.0, 4.0, 0.0);
+  scene.cloths.push_back(leaf.piece({.limits = {0.0, 60.0}, .friction = 0.3}, "door"));
+  return scene;
+}
+
+TEST(Hinges, ASheetClosesADoorAndLeavesItThere) {
+  Simulation simulation(door());
+  simulation.measure_wrenches(true);
+  const Sum start = sum_of(simulation);
+  double largest = 0.0, most = start.kinetic;
+  while (!simulation.reached(60)) {
+    simulation.step();
+    const Vec3 c = centre(simulation, 0);
+    largest = std::max(largest, std::atan2(c.y(), c.x()) / kDegree);
+    EXPECT_LT(simulation.wrenches().force_error, 1e-9);
+    const double kinetic = sum_of(simulation).kinetic;
+    EXPECT_LE(kinetic, most * 1.01);
+    most = std::max(kinetic, 0.0) + 0.05 * start.kinetic;
+  }
+  simulation.verify_frame();
+  EXPECT_TRUE(simulation.result().clean);
+  EXPECT_NEAR(largest, 60.0, 1e-3);
+}
+
+TEST(Hinges, HaveTheSameBitsForAnyNumberOfThreads) {
+  std::string hash[2];
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    Simulation simulation(door());
+    simulation.advance_to_frame(20);
+    hash[threads - 1] = state_hash(simulation.state());
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+}
+
+TEST(Hinges, ThatContradictThemselvesAreRefused) {
+  const auto refused = [](const SolidSpec& spec) {
+    Scene scene = empty_scene();
+    scene.cloths.push_back(solid("box", Box{}, spec, Vec3::Zero()));
+    EXPECT_THROW(build_scene(scene), std::invalid_argument);
+  };
+  const std::array<Vec3, 2> hinge{Vec3::Zero(), Vec3::UnitZ()};
+  refused({.mass = 1.0, .slide = Vec3::UnitX(), .hinge = hinge});
+  refused({.mass = 1.0, .limits = {-1.0, 1.0}});
+  refused({.mass = 1.0, .damping = 1.0});
+  refused({.mass = 1.0, .hinge = hinge, .damping = -1.0});
+  refused({.mass = 1.0, .hinge = hinge, .limits = {10.0, 20.0}});
+  refused({.mass = 1.0, .hinge = hinge, .limits = {-180.0, 180.0}});
 }
 
 TEST(Solids, NeedTheSearchOfTheClothAgainstItself) {

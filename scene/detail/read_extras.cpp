@@ -87,10 +87,25 @@ void read_water(LocatedJson& document, VertexSelector& selector, Scene& scene) {
   }
 }
 
+namespace {
+
+/// Adds where the numbers of fabrics come from to the description of the scene.
+void describe(Json& root, const std::string& sources) {
+  if (sources.empty()) return;
+  Json& description = root["description"];
+  if (description.is_null()) description = "";
+  if (!description.is_string()) return;  // is refused later
+  const auto text = description.get<std::string>();
+  description = text.empty() ? sources : text + " " + sources;
+}
+
+}  // namespace
+
 void expand_fabrics(LocatedJson& document) {
   Json& root = document.root;
   if (!root.is_object() || !root.contains("materials") || !root["materials"].is_object()) return;
   const auto folder = std::filesystem::absolute(document.file).parent_path();
+  std::string sources;
   for (auto& item : root["materials"].items()) {
     const std::string& name = item.key();
     Json& material = item.value();
@@ -113,11 +128,14 @@ void expand_fabrics(LocatedJson& document) {
       for (const auto& [key, value] : constants.items())
         if (!given(key)) added[key] = value;
       material.update(added);
+      sources += fmt::format("{}Material \"{}\" is {}: {}", sources.empty() ? "" : "; ", name,
+                             fabric.name, fabric.source);
     } catch (const std::invalid_argument& error) {
       fail(document, path, error.what());
     }
     material.erase("fabric");
   }
+  describe(root, sources);
 }
 
 }  // namespace selvedge::detail

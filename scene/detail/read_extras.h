@@ -7,7 +7,8 @@
 namespace selvedge::detail {
 
 /// Replaces "fabric" of each material by the fabric's constants, except those that the material
-/// gives itself. Call it before the document is completed. Throws std::invalid_argument through
+/// gives itself; where its numbers come from is added to the description of the scene. Call it
+/// before the document is completed. Throws std::invalid_argument through
 /// `fail` for a fabric that does not exist or cannot be used.
 void expand_fabrics(LocatedJson& document);
 

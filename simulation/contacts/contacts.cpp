@@ -83,22 +83,6 @@ std::vector<Triangle> joint_body_triangles(const SceneMotion& motion) {
   return {all.begin() + static_cast<std::ptrdiff_t>(motion.cloth_triangles().size()), all.end()};
 }
 
-// 1 for vertices of edges with one triangle.
-std::vector<char> border_vertices(const std::vector<Triangle>& triangles, std::size_t n) {
-  std::vector<Edge> sides;
-  for (const Triangle& t : triangles)
-    for (int k = 0; k < 3; ++k)
-      sides.push_back({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
-  std::sort(sides.begin(), sides.end());
-  std::vector<char> border(n, 0);
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    if (i > 0 && sides[i] == sides[i - 1]) continue;
-    if (i + 1 < sides.size() && sides[i] == sides[i + 1]) continue;
-    border[sides[i][0]] = border[sides[i][1]] = 1;
-  }
-  return border;
-}
-
 // For each piece, whether it collides with each surface; empty if all do.
 std::vector<std::vector<char>> colliding_surfaces(const Scene& scene, const ContactPairs& pairs) {
   std::vector<std::vector<char>> collides;

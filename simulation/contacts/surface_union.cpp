@@ -16,10 +16,14 @@ struct SurfaceUnion::Meeting {
   Vec3 q, towards;
   double slope = 0.0;  // above which a face rises
 
-  /// Whether the triangle has the whole border, so that ContactFilter has judged it.
-  bool is_of(const Triangle& t) const {
-    return std::all_of(vertex.begin(), vertex.begin() + static_cast<std::ptrdiff_t>(size),
-                       [&](std::int32_t v) { return v == t[0] || v == t[1] || v == t[2]; });
+  /// Whether ContactFilter has judged the triangle: it goes round a vertex, but along an open edge
+  /// it does not see what lies against it.
+  bool is_of(const Triangle& t, std::span<const char> is_open) const {
+    const auto border = std::span(vertex).first(size);
+    const auto has = [&](std::int32_t v) { return v == t[0] || v == t[1] || v == t[2]; };
+    return std::ranges::all_of(border, [&](std::int32_t v) { return is_open[v] != 0; })
+               ? std::ranges::all_of(border, has)
+               : std::ranges::any_of(border, has);
   }
   bool is_below(const Vec3& from, const Vec3& to) const {
     const Vec3 u = to - from;
@@ -32,6 +36,27 @@ struct SurfaceUnion::Verdict {
   double nearest = 0.0;  // m, distance of the face that turns the normal
   std::int32_t turned_by = -1;
 };
+
+std::vector<char> border_vertices(std::span<const Triangle> triangles, std::size_t n) {
+  std::vector<Edge> sides;
+  for (const Triangle& t : triangles)
+    for (int k = 0; k < 3; ++k)
+      sides.push_back({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
+  std::sort(sides.begin(), sides.end());
+  std::vector<char> border(n, 0);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (i > 0 && sides[i] == sides[i - 1]) continue;
+    if (i + 1 < sides.size() && sides[i] == sides[i + 1]) continue;
+    border[sides[i][0]] = border[sides[i][1]] = 1;
+  }
+  return border;
+}
+
+SurfaceUnion::SurfaceUnion(std::vector<Triangle> triangles) : tree_(std::move(triangles)) {
+  std::int32_t last = -1;
+  for (const Triangle& t : tree_.triangles()) last = std::max({last, t[0], t[1], t[2]});
+  is_open_ = border_vertices(tree_.triangles(), static_cast<std::size_t>(last + 1));
+}
 
 SurfaceUnion::Verdict SurfaceUnion::judge(const Meeting& m, std::span<const Vec3> x,
                                           const Reach& reach) const {
@@ -46,7 +71,8 @@ SurfaceUnion::Verdict SurfaceUnion::judge(const Meeting& m, std::span<const Vec3
   const double distance = m.towards.norm();
   tree_.for_each_near(m.q, reach.tolerance, [&](std::int32_t k) {
     const Triangle& t = tree_.triangles()[k];
-    if (verdict.is_wall || m.is_of(t) || std::none_of(t.begin(), t.end(), on_border)) return;
+    if (verdict.is_wall || m.is_of(t, is_open_) || std::none_of(t.begin(), t.end(), on_border))
+      return;
     if (!reach.collides.empty() && reach.collides[reach.surface[t[0]]] == 0) return;
     const ClosestPoints here = point_triangle_closest(m.q, x[t[0]], x[t[1]], x[t[2]]);
     if (here.distance > reach.tolerance) return;

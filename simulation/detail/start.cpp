@@ -28,8 +28,8 @@ ForceList all_forces(const Scene& scene, const BuiltScene& built, const ClothMes
 // What a body on a hinge turns by is small beside the forces that would have stopped it on the
 // straight way of its old velocity: these set the scale of the tolerance.
 double hinge_share(const BuiltScene& built) {
-  const bool has_hinge = std::ranges::any_of(
-      built.solids, [](const BuiltSolid& solid) { return solid.lever > 0.0; });
+  const bool has_hinge =
+      std::ranges::any_of(built.solids, [](const BuiltSolid& solid) { return solid.lever > 0.0; });
   return has_hinge ? 1e-5 : 1.0;
 }
 
@@ -37,10 +37,10 @@ std::unique_ptr<Integrator> make_integrator(const Scene& scene, const BuiltScene
                                             const Methods& methods,
                                             const detail::ProgramInput& program) {
   const auto make = [&](std::vector<std::unique_ptr<Force>> forces, std::size_t particles) {
-    return make_method(
-        methods.integrators, scene.solver.integrator, "solver.integrator",
-        scene.solver.integrator_options, std::move(forces), particles,
-        {.tolerance = scene.solver.tolerance * hinge_share(built), .exact_momentum = !built.solids.empty()});
+    return make_method(methods.integrators, scene.solver.integrator, "solver.integrator",
+                       scene.solver.integrator_options, std::move(forces), particles,
+                       {.tolerance = scene.solver.tolerance * hinge_share(built),
+                        .exact_momentum = !built.solids.empty()});
   };
   const Followers followers(built.cloth), layers = Followers::of_layers(built.cloth);
   if (!followers.empty())

@@ -307,7 +307,7 @@ TEST_F(SceneFile, AFabricGivesWhatTheMaterialDoesNotSay) {
   EXPECT_EQ(m.stretch_weft, 459.0);
   EXPECT_NEAR(m.bending_stiffness, 1.95e-6, 1e-18);
   EXPECT_NEAR(*m.bending_weft, 0.61e-6, 1e-18);
-  EXPECT_SAYS(s.json, "Petrak");
+  EXPECT_SAYS(s.json, "Petrak");  // in the description
 }
 
 TEST_F(SceneFile, AConstantBesideAFabricIsThatOfBothYarns) {

@@ -443,11 +443,12 @@ TEST(Hinges, APendulumKeepsItsPeriodAndGainsNoEnergy) {
         2.0 * std::numbers::pi * std::sqrt(box.moment() / pull) * (1.0 + swing * swing / 16.0);
     const double swung = pull * (1.0 - std::cos(swing));
     const auto past = [&] { return box.angle(centre(simulation, 0)) + swing; };  // the lowest place
-    // By its weight over its stiffness, times the square of the lever over the radius of gyration of
-    // its thinnest side, by which the hinge lies outside of its leaders.
+    // By its weight over its stiffness, times the square of the lever over the radius of gyration
+    // of its thinnest side, by which the hinge lies outside of its leaders.
     constexpr double kFrequency = 12000.0;  // rad/s
     const double thin = box.size.minCoeff() / std::sqrt(12.0);
-    const double yields = 2.0 * kGravity / (kFrequency * kFrequency) * std::pow(1.0 + lever / thin, 2);
+    const double yields =
+        2.0 * kGravity / (kFrequency * kFrequency) * std::pow(1.0 + lever / thin, 2);
     std::vector<double> crossings;
     double before = past(), time = 0.0, most = 0.0;
     while (crossings.size() < 5) {

@@ -10,11 +10,15 @@
 
 namespace selvedge::detail {
 
+/// 1 for each vertex of an edge with one triangle; indices are below n.
+std::vector<char> border_vertices(std::span<const Triangle> triangles, std::size_t n);
+
 /// Removes contacts with walls that the geometry does not have. Where two faces without a common
 /// vertex lie against each other - two boxes side by side, a mesh in patches, a vertex on the edge
 /// of a larger face - the border of each is a rim by its own vertices, but no rim of their union.
 /// ContactFilter goes by common vertices and keeps it; here all faces within a tolerance of the
-/// closest point count as joined there.
+/// closest point count as joined there. Faces that meet in one vertex alone lie against each other,
+/// too, where a slit ends in it.
 ///
 /// Let q be the closest point of a contact on a border or vertex of its face, p the point on the
 /// other side, and T a face that passes q within the tolerance. The union lets a point leave from q
@@ -27,7 +31,7 @@ class SurfaceUnion {
  public:
   SurfaceUnion() = default;
   /// `triangles` in the joint index space of ContactPoint, of surfaces that count as one.
-  explicit SurfaceUnion(std::vector<Triangle> triangles) : tree_(std::move(triangles)) {}
+  explicit SurfaceUnion(std::vector<Triangle> triangles);
 
   /// Sets the positions of the joint index space, m.
   void fit(std::span<const Vec3> x) { tree_.fit(x); }
@@ -53,6 +57,7 @@ class SurfaceUnion {
   static void turn(ContactPoint& c, const Vec3& normal, std::span<const Vec3> x);
 
   TriangleTree tree_;
+  std::vector<char> is_open_;  // of each vertex: on an edge with one triangle
 };
 
 }  // namespace selvedge::detail

@@ -82,10 +82,18 @@ PathVerdict judge_between(const StateView& from, const StateView& to) {
   }
 }
 
-/// Whether `after` is `before` with more vertices and none moved: a refined mesh takes over.
+/// Whether `after` is `before` with more vertices and triangles, and none moved: a refined mesh
+/// takes over. The new vertices of a piece come after its old ones, so before those of the pieces
+/// and bodies that follow it.
 bool is_refined(const NamedMesh& before, const NamedMesh& after) {
-  const std::vector<Vec3>&x = before.mesh.vertices, &y = after.mesh.vertices;
-  return y.size() > x.size() && std::equal(x.begin(), x.end(), y.begin());
+  const std::vector<Vec3>& x = before.mesh.vertices;
+  if (after.mesh.vertices.size() <= x.size() ||
+      after.mesh.triangles.size() <= before.mesh.triangles.size())
+    return false;
+  std::size_t found = 0;
+  for (const Vec3& y : after.mesh.vertices)
+    if (found < x.size() && y == x[found]) ++found;
+  return found == x.size();
 }
 
 /// The vertex of `after` that each vertex of `before` becomes, if `after` is `before` with merged

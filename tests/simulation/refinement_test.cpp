@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Scenes whose mesh is refined as they run, and the scene keys of the survey's other meshes.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <selvedge/bodies/mesh_file.h>
 #include <selvedge/core/base/parallel.h>
 #include <selvedge/core/cloth/measure.h>
+#include <selvedge/run/check_result.h>
 #include <selvedge/run/result_folder.h>
 #include <selvedge/run/run.h>
 #include <selvedge/scene/build.h>
@@ -249,6 +251,43 @@ TEST_F(Refinements, AnAngleOfJoiningThatCannotServeIsRefused) {
             std::string::npos);
   EXPECT_NE(refusal(with(R"("when": "curved", "angle_deg": 12, "join_deg": 12)")).find("angle_deg"),
             std::string::npos);
+}
+
+// -- what check says of them ----------------------------------------------------------------------
+
+/// Two sheets above a ball; each with its keys.
+std::string two_sheets(const std::string& lower, const std::string& upper,
+                       const std::string& ball = "") {
+  const auto sheet = [](const char* name, const char* height, const std::string& keys) {
+    return fmt::format(
+        R"({{"name": "{}", "size": [0.3, 0.3], "cells": [4, 4],
+          "transformation": {{"translation": [0, 0, {}]}}{}}})",
+        name, height, keys.empty() ? "" : ", " + keys);
+  };
+  return R"({"geometry": [)" + sheet("lower", "0.106", lower) + ", " +
+         sheet("upper", "0.12", upper) +
+         R"(], "obstacles": [{"shape": {"type": "sphere", "radius": 0.1, "resolution": 10})" +
+         ball + R"(}, {"shape": {"type": "plane", "size": 4},
+            "transformation": {"translation": [0, 0, -0.11]}}],
+  "time": {"frames": 12}})";
+}
+
+TEST_F(Refinements, CheckFollowsASplitOfAnyPiece) {
+  config_.every_step = true;
+  const std::string mass = R"(, "mass": 0.5)", triangles = R"("pattern": "triangular", )" + kOnce;
+  for (const std::string& json :
+       {two_sheets(kOnce, ""), two_sheets("", kOnce), two_sheets(kOnce, kOnce),
+        two_sheets(triangles, kOnce), two_sheets(triangles, ""), two_sheets("", kOnce, mass),
+        two_sheets(kOnce, triangles, mass)}) {
+    SCOPED_TRACE(json);
+    config_.overwrite = true;
+    const RunResult result = run_scene(read(json), config_);
+    const ResultCheck check = check_result(config_.out.string());
+    EXPECT_EQ(check.first_faulty, "");
+    EXPECT_EQ(static_cast<double>(check.refinements), result.counters.at("refinements"));
+    EXPECT_EQ(check.states, static_cast<std::size_t>(result.steps) + 1);
+    EXPECT_EQ(check.paths + check.refinements + 1, check.states);
+  }
 }
 
 // -- triangles ------------------------------------------------------------------------------------

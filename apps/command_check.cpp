@@ -162,6 +162,7 @@ void print_json(const ResultCheck& sum) {
   json["states"] = sum.states;
   json["paths"] = sum.paths;
   json["refinements"] = sum.refinements;
+  json["joins"] = sum.joins;
   json["merges"] = sum.merges;
   json["first_wrong"] = sum.first_faulty;
   json["last_wrong"] = sum.last_faulty;
@@ -192,6 +193,7 @@ void print_report(const ResultCheck& sum, bool strains) {
                sum.worst.path->self_collisions, sum.worst.path->body_collisions,
                sum.worst.path->pairs);
   if (sum.refinements > 0) fmt::print("  refined meshes took over    {} times\n", sum.refinements);
+  if (sum.joins > 0) fmt::print("  joined meshes took over     {} times\n", sum.joins);
   if (sum.merges > 0) fmt::print("  vertices became one on       {} of the paths\n", sum.merges);
   if (sum.first_faulty.empty()) return;
   fmt::print("  first at fault              {}\n", sum.first_faulty);

@@ -192,6 +192,7 @@ ResultCheck summary_of(const std::string& folder, const std::vector<CheckFinding
     if (finding.is_faulty()) sum.last_faulty = finding.file;
     if (finding.is_faulty() && sum.first_faulty.empty()) sum.first_faulty = finding.file;
     sum.refinements += finding.refined ? 1 : 0;
+    sum.joins += finding.joined ? 1 : 0;
     sum.merges += finding.merged ? 1 : 0;
     if (!finding.path) continue;
     if (!sum.worst.path) sum.worst.path.emplace();
@@ -249,10 +250,11 @@ class FolderCheck {
     const State next = read_state(i + 1);
     const std::vector<std::int32_t> becomes = merged_vertices(from.mesh.mesh, next.mesh.mesh);
     finding.refined = is_refined(from.mesh, next.mesh);
+    finding.joined = is_refined(next.mesh, from.mesh);
     finding.merged = !becomes.empty();
     if (finding.merged)
       finding.path = judge_merge(from, at_rest(next), becomes);
-    else if (!finding.refined)
+    else if (!finding.refined && !finding.joined)
       finding.path = judge_between(from, at_rest(next));
     return finding;
   }

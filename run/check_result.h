@@ -21,8 +21,10 @@ struct CheckFinding {
   /// Intersections that the run did not report: of triangles without a vertex flagged as tangled.
   /// Only in result folders.
   std::size_t unflagged = 0;
-  bool refined = false;  ///< the next state has a refined mesh, so there is no path to it
-  bool merged = false;   ///< vertices become one on the path, as in a seam that has closed
+  /// The next state has more vertices, or fewer, and none has moved: cells were split, or joined on
+  /// the surface of the whole cell. So there is no path to it.
+  bool refined = false, joined = false;
+  bool merged = false;  ///< vertices become one on the path, as in a seam that has closed
 
   /// Whether there is an intersection, a vertex inside the body or a collision. Triangles that only
   /// touch in a state are no fault.
@@ -48,7 +50,7 @@ struct ResultCheck {
   bool every_step = false;  ///< accepted states and their paths were checked, else frames
   /// The largest of each number over all states; the path numbers are sums.
   CheckFinding worst;
-  std::size_t states = 0, paths = 0, refinements = 0, merges = 0;
+  std::size_t states = 0, paths = 0, refinements = 0, joins = 0, merges = 0;
   std::string first_faulty;  ///< file of the first state at fault or with a path at fault, or ""
   std::string last_faulty;   ///< of the last one
 };

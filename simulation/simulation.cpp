@@ -98,6 +98,7 @@ bool Simulation::is_of_present_mesh(const SimulationState& state) const {
 }
 
 void Simulation::restore(SimulationState state) {
+  if (changes_) changes_->passed.clear();
   if (is_of_present_mesh(state)) return parts_->restore(std::move(state));
   const bool measures = measures_wrenches();
   RunResult before = parts_->present_result();

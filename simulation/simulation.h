@@ -18,11 +18,12 @@
 namespace selvedge {
 
 class CarriedSimulation;
-class DrivenBody;   // bodies/driven_body.h
-class VertexNames;  // run_result.h
-struct BuiltScene;  // scene/build.h
-struct FinalState;  // simulation_state.h
-struct Methods;     // scene/methods.h
+class DrivenBody;    // bodies/driven_body.h
+class VertexNames;   // run_result.h
+struct BuiltScene;   // scene/build.h
+struct FinalState;   // simulation_state.h
+struct Methods;      // scene/methods.h
+struct PassedState;  // simulation_state.h
 struct RestReport;
 struct RunResult;
 struct Scene;  // scene/scene.h
@@ -115,6 +116,10 @@ class Simulation {
   RunResult result() const;
 
   const SimulationState& state() const;
+  /// The states that the last step passed through before its last one, in order: cells were split
+  /// and others joined in one step, or nodes went straight to the surface on which cells are
+  /// joined.
+  std::span<const PassedState> passed() const;
   /// Continues from a state of the scene. Throws std::invalid_argument for one of another size.
   void restore(SimulationState state);
   /// The same in another run, whose result until then was `before`.

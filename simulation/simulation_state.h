@@ -73,6 +73,14 @@ struct SimulationState {
   bool refined = false;            ///< at a frame: the changes of the mesh due there have been made
 };
 
+/// A state between those before and after a step that changes the mesh.
+struct PassedState {
+  std::int64_t step = 0;
+  std::vector<Vec3> x, v;           ///< m and m/s, of the cloth vertices
+  std::vector<std::uint8_t> flags;  ///< bits of VertexFlag, of the cloth vertices
+  std::vector<Triangle> triangles;  ///< of the cloth
+};
+
 /// FNV-1a over the bytes of positions, velocities and water, as 16 hex digits.
 std::string state_hash(const SimulationState& state);
 

@@ -189,7 +189,22 @@ void FrameOutput::write_frame(const StateCopy& copy) {
   }
 }
 
+void FrameOutput::write_passed(const Simulation& simulation) {
+  for (const PassedState& passed : simulation.passed()) {
+    StateCopy copy = copy_frame(simulation, static_cast<int>(passed.step));
+    copy.time = copy.state.time;
+    copy.state.x = passed.x;
+    copy.state.v = passed.v;
+    copy.flags = passed.flags;
+    copy.pressure.assign(pressure_ ? passed.x.size() : 0, 0.0);  // as after every change of a mesh
+    copy.triangles = passed.triangles;
+    const std::vector<NamedValues> values = frame_values(copy);
+    steps_->write(frame_of(copy, values));
+  }
+}
+
 void FrameOutput::write_step(const Simulation& simulation, int number) {
+  write_passed(simulation);
   StateCopy copy = copy_frame(simulation, number);
   copy.time = copy.state.time;
   if (step_wrenches_ && number > 0)

@@ -26,7 +26,7 @@ class FrameOutput {
   StateCopy copy_frame(const Simulation& simulation, int number) const;
   /// Writes a frame. Another thread may call write_step meanwhile.
   void write_frame(const StateCopy& copy);
-  /// Writes the present state to steps/.
+  /// Writes the present state to steps/, after the states that the last step passed through.
   void write_step(const Simulation& simulation, int number);
   /// Gives the PLY frames 0 to `last` of the folder to the writers of all other formats, so that
   /// the series of a resumed run are complete even in a format that the run did not have before.
@@ -41,6 +41,7 @@ class FrameOutput {
 
  private:
   std::shared_ptr<const FrameParts> parts_of(const Simulation& simulation) const;
+  void write_passed(const Simulation& simulation);
 
   std::filesystem::path out_;
   std::vector<std::string> piece_names_, body_names_;

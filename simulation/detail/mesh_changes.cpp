@@ -21,12 +21,18 @@ SimulationState state_after(const detail::DueChange& due, SimulationState state,
     refinement.merge(due.merge, state);
   else
     refinement.split(due.splits, state);
-  ++state.step;
+  state.step += due.way_end.empty() ? 1 : 2;  // the end of the way is a state of its own
   state.memory.clear();
   state.contact_memory.clear();
   state.pinches.clear();
   state.still = 0.0;
   return state;
+}
+
+PassedState state_of(const Simulation& simulation) {
+  const SimulationState& now = simulation.state();
+  const std::span<const Triangle> triangles = simulation.cloth_triangles();
+  return {now.step, now.x, now.v, simulation.flags(), {triangles.begin(), triangles.end()}};
 }
 
 }  // namespace
@@ -44,6 +50,7 @@ detail::DueChange Simulation::MeshChanges::joins(const Simulation& simulation) c
                         .postponed = static_cast<double>(joins.postponed)};
   for (const SplitEvent& event : joins.events) due.count += static_cast<double>(event.cells.size());
   due.splits = std::move(joins.events);
+  if (!due.splits.empty()) due.way_end = std::move(joins.way_end);
   return due;
 }
 
@@ -69,6 +76,14 @@ bool Simulation::MeshChanges::make(const detail::DueChange& due, std::shared_ptr
   return false;
 }
 
+void Simulation::MeshChanges::note_passed(PassedState before, const detail::DueChange& joins,
+                                          bool was_split) {
+  if (was_split) passed.push_back(before);
+  ++before.step;
+  before.x = joins.way_end;
+  passed.push_back(std::move(before));
+}
+
 void Simulation::MeshChanges::repeat(const SimulationState& state, const BuiltScene& built) {
   refinement = detail::Refinement(scene, built, methods.patterns);
   refinement.repeat(state);
@@ -81,13 +96,23 @@ std::shared_ptr<Simulation::Parts> Simulation::MeshChanges::parts_at(const detai
   return parts;
 }
 
+std::span<const PassedState> Simulation::passed() const {
+  return changes_ ? std::span<const PassedState>(changes_->passed) : std::span<const PassedState>();
+}
+
 // What happens at the boundary of a frame: first splits or merges, then joins, once at each frame.
 bool Simulation::change_mesh() {
-  if (!changes_ || parts_->state.refined || !is_at_frame()) return false;
+  if (!changes_) return false;
+  changes_->passed.clear();
+  if (parts_->state.refined || !is_at_frame()) return false;
   parts_->state.refined = true;
   const bool measures = measures_wrenches();
   const bool first = changes_->make(changes_->splits_or_merges(*this), parts_);
-  const bool second = changes_->make(changes_->joins(*this), parts_);
+  const detail::DueChange joins = changes_->joins(*this);
+  PassedState before;
+  if (joins.count > 0.0) before = state_of(*this);
+  const bool second = changes_->make(joins, parts_);
+  if (second) changes_->note_passed(std::move(before), joins, first);
   parts_->measure_wrenches(measures);
   return first || second;
 }

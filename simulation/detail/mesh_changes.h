@@ -21,6 +21,7 @@ struct DueChange {
   double count = 0.0, postponed = 0.0;
   std::vector<SplitEvent> splits{};  ///< and joins
   MergeEvent merge{};
+  std::vector<Vec3> way_end{};  ///< m, of the cloth vertices before a join; empty: they stay
 };
 
 }  // namespace selvedge::detail
@@ -31,7 +32,8 @@ namespace selvedge {
 struct Simulation::MeshChanges {
   const Scene scene;
   const Methods methods;
-  detail::Refinement refinement;  ///< of the present mesh
+  detail::Refinement refinement;    ///< of the present mesh
+  std::vector<PassedState> passed;  ///< of the last step
 
   MeshChanges(const Scene& s, const BuiltScene& built, const Methods& m)
       : scene(s), methods(m), refinement(scene, built, methods.patterns) {}
@@ -42,6 +44,9 @@ struct Simulation::MeshChanges {
   /// Makes a change, and `parts` those of its mesh. Postpones all of it if its state has a
   /// crossing. Counts what it has done. Returns whether the mesh has changed.
   bool make(const detail::DueChange& due, std::shared_ptr<Parts>& parts);
+  /// Notes the states before and at the end of the way of joins that have been made. `before` is
+  /// one that the step passed through only if it has split cells, too.
+  void note_passed(PassedState before, const detail::DueChange& joins, bool was_split);
   /// Makes the changes that led to a state of the scene, which starts as `built`.
   void repeat(const SimulationState& state, const BuiltScene& built);
   /// Parts with the mesh of `of` that continue from a state.

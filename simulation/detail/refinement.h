@@ -6,7 +6,6 @@
 #include <selvedge/simulation/simulation_state.h>
 
 #include <cstdint>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -35,6 +34,7 @@ class Refinement {
   /// would be joined if they did not collide on the way.
   struct Joins {
     std::vector<SplitEvent> events;
+    std::vector<Vec3> way_end;  ///< m, of the present cloth vertices: on the surface of the whole
     std::size_t postponed = 0;
   };
   Joins joins_due(const Simulation& simulation) const;
@@ -63,8 +63,7 @@ class Refinement {
   };
 
   void split(const SplitEvent& event, std::vector<Vec3>& x, std::vector<Vec3>& v);
-  std::set<std::int32_t> colliding(const Simulation& simulation,
-                                   const std::vector<SplitEvent>& joins) const;
+  std::vector<Vec3> way_end(std::span<const Vec3> x, const std::vector<SplitEvent>& joins) const;
   Piece& piece(std::int32_t number);
   std::vector<GridCell> due(const Piece& piece, std::span<const Vec3> x, std::span<const Vec3> v,
                             double time) const;

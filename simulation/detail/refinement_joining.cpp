@@ -10,10 +10,9 @@
 
 namespace selvedge::detail {
 
-/// The vertices that collide on the straight way to the surface of these cells, joint indices.
-std::set<std::int32_t> Refinement::colliding(const Simulation& simulation,
-                                             const std::vector<SplitEvent>& joins) const {
-  const std::span<const Vec3> x = simulation.positions();
+/// Where the straight way to the surface of these cells ends, m, of all cloth vertices.
+std::vector<Vec3> Refinement::way_end(std::span<const Vec3> x,
+                                      const std::vector<SplitEvent>& joins) const {
   std::vector<Vec3> x_t1(x.begin(), x.end());
   for (const SplitEvent& event : joins) {
     const std::size_t number = static_cast<std::size_t>(event.piece), first = begin(number);
@@ -21,7 +20,7 @@ std::set<std::int32_t> Refinement::colliding(const Simulation& simulation,
         piece(event.piece).cells.flattened(event.cells, x.subspan(first, sizes_[number]));
     std::copy(places.begin(), places.end(), x_t1.begin() + static_cast<std::ptrdiff_t>(first));
   }
-  return colliding_on_way({simulation, *scene_, x_t1});
+  return x_t1;
 }
 
 Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {
@@ -35,7 +34,8 @@ Refinement::Joins Refinement::joins_due(const Simulation& simulation) const {
           {static_cast<std::int32_t>(p.number), simulation.time(), std::move(cells), true});
   }
   while (!joins.events.empty()) {
-    const std::set<std::int32_t> found = colliding(simulation, joins.events);
+    joins.way_end = way_end(simulation.positions(), joins.events);
+    const std::set<std::int32_t> found = colliding_on_way({simulation, *scene_, joins.way_end});
     if (found.empty()) break;
     std::size_t removed = 0, all = 0;
     for (SplitEvent& event : joins.events) {

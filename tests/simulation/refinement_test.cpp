@@ -290,6 +290,24 @@ TEST_F(Refinements, CheckFollowsASplitOfAnyPiece) {
   }
 }
 
+TEST_F(Refinements, CheckJudgesEveryPathWhereCellsAreJoined) {
+  config_.every_step = true;
+  config_.overwrite = true;
+  std::string triangles = kSagging;
+  triangles.insert(triangles.find("\"refine\""), "\"pattern\": \"triangular\", ");
+  for (const std::string& json : {kSagging, triangles}) {
+    SCOPED_TRACE(json);
+    const RunResult result = run_scene(read(json), config_);
+    const std::size_t states = numbers_of(config_.out / "steps", "cloth").size();
+    EXPECT_EQ(states, static_cast<std::size_t>(result.steps) + 1) << "a number is left out";
+    const ResultCheck check = check_result(config_.out.string());
+    EXPECT_EQ(check.first_faulty, "");
+    EXPECT_EQ(static_cast<double>(check.refinements), result.counters.at("refinements"));
+    EXPECT_GT(check.joins, 4u);
+    EXPECT_EQ(check.paths + check.refinements + check.joins + 1, states);
+  }
+}
+
 // -- triangles ------------------------------------------------------------------------------------
 
 const std::string kTriangular = R"("pattern": "triangular", )";

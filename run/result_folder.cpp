@@ -75,15 +75,23 @@ void check_all_steps(const fs::path& result, const Series& steps) {
                        steps.cloths.size(), states));
 }
 
+/// Whether a scene has a body with files of its own: one with a mass is written with the cloth.
+bool has_body_files(const Json& scene) {
+  const auto obstacles = scene.find("obstacles");
+  if (obstacles == scene.end()) return false;
+  return std::any_of(obstacles->begin(), obstacles->end(), [](const Json& body) {
+    const auto mass = body.is_object() ? body.find("mass") : body.end();
+    return mass == body.end() || !mass->is_number() || !(mass->get<double>() > 0.0);
+  });
+}
+
 /// The body file of each state. Bodies at rest have one file, of the first frame and step.
 std::vector<fs::path> bodies_of(const fs::path& result, const Series& series,
                                 const Series& frames) {
   const std::size_t n = series.cloths.size();
   const Series& source = series.bodies.empty() && frames.bodies.size() == 1 ? frames : series;
   if (source.bodies.empty()) {
-    const Json scene = json_or_null(result / "scene.json");
-    const auto obstacles = scene.find("obstacles");
-    if (!frames.bodies.empty() || (obstacles != scene.end() && !obstacles->empty()))
+    if (!frames.bodies.empty() || has_body_files(json_or_null(result / "scene.json")))
       refuse(series.file("bodies", 0), "is missing, though the scene has obstacles");
     return std::vector<fs::path>(n);
   }

@@ -448,6 +448,19 @@ TEST_F(CheckResult, AMissingFileIsNotPassedOver) {
   EXPECT_REFUSED(check("r"), "bodies_00000.ply: is missing, though the scene has obstacles");
 }
 
+TEST_F(CheckResult, BodiesThatAllHaveAMassAreJudgedWithTheCloth) {
+  run_every_step(" --set obstacles.ball.mass=1");
+  ASSERT_EQ(count("r/steps", "bodies_"), 0u);
+  const Json json = judged("r", 0);
+  EXPECT_GT(json["vertices"], 100) << "with those of the ball";
+  EXPECT_GT(json["path_pairs"].get<int>(), 0);
+  expect_all_zero(json);
+  fs::remove_all(folder_ / "r/steps");
+  EXPECT_EQ(judged("r", 0)["first_wrong"], "");
+  plant("r/frames/cloth_00007.ply", [](TriangleMesh& cloth) { cloth.vertices[44].z() = 0.1; });
+  EXPECT_EQ(judged("r", 1)["first_wrong"], "r/frames/cloth_00007.ply");
+}
+
 TEST_F(CheckResult, AStateOfAnotherClothIsRefused) {
   run_every_step();
   write_mesh("r/steps/cloth_000002.ply", sheet(3, Vec3(0, 0, 1)));

@@ -61,18 +61,31 @@ void check_complete(const Series& series, const char* stem, const std::vector<in
                          series.file(stem, numbers[i]).filename().string()));
 }
 
+/// A number of result.json; 0 if the run has left none.
+long counted(const fs::path& result, const char* key) {
+  const Json json = json_or_null(result / "result.json");
+  const auto count = json.find(key);
+  return count != json.end() && count->is_number_integer() ? count->get<long>() : 0;
+}
+
 /// Refuses steps/ with fewer states than the run accepted, as a run that was resumed without
 /// --every-step leaves it.
 void check_all_steps(const fs::path& result, const Series& steps) {
-  const Json json = json_or_null(result / "result.json");
-  const auto count = json.find("steps");
-  if (count == json.end() || !count->is_number_integer()) return;
-  const auto states = count->get<long>() + 1;
+  const long states = counted(result, "steps") + 1;
   if (states > static_cast<long>(steps.cloths.size()))
     refuse(steps.folder,
            fmt::format("holds {} of the {} states of the run; run the scene again with "
                        "--every-step, or remove the folder to check only the frames",
                        steps.cloths.size(), states));
+}
+
+void check_all_frames(const fs::path& result, const Series& frames) {
+  const long count = counted(result, "frames");
+  if (count > static_cast<long>(frames.cloths.size()))
+    refuse(frames.folder,
+           fmt::format("holds {} of the {} frames of the run; run the scene again, or check the "
+                       "existing files as MESH files",
+                       frames.cloths.size(), count));
 }
 
 /// Whether a scene has a body with files of its own: one with a mass is written with the cloth.
@@ -134,7 +147,10 @@ ResultStates result_states(const fs::path& folder) {
   if (series.cloths.empty())
     refuse(folder, "holds no frames/cloth_*.ply; give a mesh file or the result folder of a run");
   check_complete(series, "cloth", series.cloths);
-  if (result.every_step) check_all_steps(folder, steps);
+  if (result.every_step)
+    check_all_steps(folder, steps);
+  else
+    check_all_frames(folder, frames);
   const std::vector<fs::path> bodies = bodies_of(folder, series, frames);
   for (std::size_t i = 0; i < series.cloths.size(); ++i)
     result.states.push_back({series.file("cloth", series.cloths[i]), bodies[i]});

@@ -461,6 +461,14 @@ TEST_F(CheckResult, BodiesThatAllHaveAMassAreJudgedWithTheCloth) {
   EXPECT_EQ(judged("r", 1)["first_wrong"], "r/frames/cloth_00007.ply");
 }
 
+TEST_F(CheckResult, LastFramesThatAreMissingAreSaid) {
+  ASSERT_EQ(run_small("r").code, 0);
+  fs::remove(folder_ / "r/frames/cloth_00003.ply");
+  EXPECT_REFUSED(check("r"), "r/frames: holds 3 of the 4 frames of the run");
+  fs::remove(folder_ / "r/result.json");
+  EXPECT_EQ(judged("r", 0)["states"], 3) << "of a run that has not ended";
+}
+
 TEST_F(CheckResult, AStateOfAnotherClothIsRefused) {
   run_every_step();
   write_mesh("r/steps/cloth_000002.ply", sheet(3, Vec3(0, 0, 1)));

@@ -331,6 +331,8 @@ BuiltScene build_scene(const Scene& scene, const Methods& methods) {
     return make_piece(cloth, scene.materials.at(cloth.material), methods.patterns);
   });
   if (tests_particles_alone(scene, methods)) detail::warn_between_particles(scene, built);
+  for (std::string& sentence : detail::turn_warnings(scene))
+    built.warnings.push_back(std::move(sentence));
   return built;
 }
 

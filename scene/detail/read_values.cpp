@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 #include <selvedge/core/base/internal/elementary.h>
+#include <selvedge/scene/detail/check_scene.h>
 #include <selvedge/scene/detail/read_values.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace selvedge::detail {
@@ -33,6 +35,47 @@ std::vector<Keyframe> read_keyframes(const LocatedJson& document, const Json& j,
                        keys[i].time));
   }
   return keys;
+}
+
+/// The angle between two stated rotations, degrees. Angles about one axis count in full; between
+/// rotations about several axes it is at most 360.
+double stated_turn(const LocatedJson& document, const Json& from, const Json& to) {
+  constexpr double rounding = 1e-12;
+  Vec3 axis = Vec3::Zero();
+  double turn = 0.0;
+  bool one_axis = true;
+  const auto add = [&](const Json& rotation, double sign) {
+    const Vec3 direction = read_vec3(rotation["axis"]).normalized();
+    const auto angle = rotation["angle_deg"].get<double>();
+    if (angle == 0.0) return;
+    if (axis.isZero(0.0)) axis = direction;
+    const double along = direction.dot(axis);
+    one_axis = one_axis && std::abs(along) > 1.0 - rounding;
+    turn += sign * std::copysign(1.0, along) * angle;
+  };
+  const auto add_all = [&](const Json& rotations, double sign) {
+    if (rotations.is_object()) return add(rotations, sign);
+    for (const Json& rotation : rotations) add(rotation, sign);
+  };
+  add_all(from, -1.0);
+  add_all(to, 1.0);
+  if (one_axis) return std::abs(turn);
+  const double cosine = read_rotation(document, from, "").dot(read_rotation(document, to, ""));
+  return 360.0 / std::numbers::pi * elementary::acos(std::clamp(cosine, -1.0, 1.0));
+}
+
+void add_turn_warnings(const LocatedJson& document, const Json& keys, const std::string& path,
+                       std::vector<std::string>& warnings) {
+  constexpr double half = 180.0, rounding = 1e-9;  // degrees
+  for (std::size_t i = 1; keys.is_array() && i < keys.size(); ++i) {
+    const double turn = stated_turn(document, keys[i - 1]["rotation"], keys[i]["rotation"]);
+    if (turn > half + rounding)
+      warnings.push_back(fmt::format(
+          "{}: turns by {:g} degrees from the keyframe before, but a rotation between two "
+          "keyframes takes the shorter direction, here by {:g} degrees; add keyframes in between, "
+          "less than 180 degrees apart",
+          join(join(path, i), "rotation"), turn, std::abs(std::remainder(turn, 2.0 * half))));
+  }
 }
 
 }  // namespace
@@ -96,6 +139,22 @@ std::filesystem::path read_file(const LocatedJson& document, Json& j, const std:
 void check_motions(const LocatedJson& document) {
   for (const auto& [name, keys] : document.root["motions"].items())
     read_keyframes(document, keys, join("motions", name));
+}
+
+std::vector<std::string> turn_warnings(const Scene& scene) {
+  std::vector<std::string> warnings;
+  const auto turns = [](const auto& moved) { return moved.motion.size() > 1; };
+  if (scene.json.empty() || (std::none_of(scene.handles.begin(), scene.handles.end(), turns) &&
+                             std::none_of(scene.bodies.begin(), scene.bodies.end(), turns)))
+    return warnings;
+  const LocatedJson document{scene.file, Json::parse(scene.json), {}};
+  for (const auto& [name, keys] : document.root["motions"].items())
+    add_turn_warnings(document, keys, join("motions", name), warnings);
+  for (const char* list : {"handles", "obstacles"})
+    for (std::size_t i = 0; i < document.root[list].size(); ++i)
+      if (const Json& element = document.root[list][i]; element.contains("motion"))
+        add_turn_warnings(document, element["motion"], join(join(list, i), "motion"), warnings);
+  return warnings;
 }
 
 std::vector<Keyframe> read_motion(const LocatedJson& document, const Json& j,

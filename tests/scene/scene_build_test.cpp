@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
 #include <selvedge/core/cloth/fabric_laws.h>
 #include <selvedge/scene/build.h>
 #include <selvedge/scene/detail/rest_gap.h>
@@ -278,6 +279,47 @@ TEST_F(SceneFile, DoubledVerticesOfClothAreRefusedBecauseTheyWouldCollide) {
     EXPECT_SAYS(std::string(error.what()), "vertices 2 and 5 are at the same place");
     EXPECT_SAYS(std::string(error.what()), "weld");
   }
+}
+
+TEST_F(SceneFile, ATurnAboveHalfACircleBetweenKeyframesIsNamed) {
+  const auto warnings = [&](const std::string& rotations, const std::string& more = "") {
+    return build_scene(read(R"({"geometry": [{"name": "a"}], "obstacles": [{"name": "box",
+        "shape": {"type": "box"}, "transformation": {"translation": [0, 0, -2]}, "motion": )" +
+                            rotations + "}]" + more + "}"))
+        .warnings;
+  };
+  const auto turned = [](const std::vector<std::string>& rotations) {
+    std::string keys = R"([{"time": 0})";
+    for (std::size_t i = 0; i < rotations.size(); ++i)
+      keys += fmt::format(R"(, {{"time": {}, "rotation": {}}})", i + 1, rotations[i]);
+    return keys + "]";
+  };
+  const auto about = [](const char* axis, double angle) {
+    return fmt::format(R"({{"axis": {}, "angle_deg": {}}})", axis, angle);
+  };
+  const char *const z = "[0, 0, 1]", *const down = "[0, 0, -2]", *const x = "[1, 0, 0]";
+  for (const double angle : {181.0, 360.0, -360.0, 540.0, 720.0, 3600.0}) {
+    const auto found = warnings(turned({about(z, angle)}));
+    ASSERT_EQ(found.size(), 1u) << angle;
+    EXPECT_SAYS(found[0], "obstacles[0].motion[1].rotation");
+    EXPECT_SAYS(found[0], fmt::format("{:g} degrees", std::abs(angle)));
+    EXPECT_SAYS(found[0], "keyframes in between");
+  }
+  for (const double angle : {0.0, 90.0, 180.0, -180.0})
+    EXPECT_TRUE(warnings(turned({about(z, angle)})).empty()) << angle;
+  EXPECT_TRUE(
+      warnings(turned({about(z, 120), about(z, 240), about(z, 360), about(z, 480)})).empty());
+  EXPECT_TRUE(warnings(turned({about(z, 90), about(down, 90)})).empty());
+  EXPECT_SAYS(warnings(turned({about(z, 100), about(down, 100)})).at(0), "200 degrees");
+  EXPECT_SAYS(warnings(turned({about(z, 100), "[]", about(z, 200)})).at(0), "motion[3]");
+  EXPECT_SAYS(warnings(turned({"[" + about(z, 170) + ", " + about(z, 40) + "]"})).at(0), "210");
+  EXPECT_TRUE(warnings(turned({about(z, 90), about(x, 90)})).empty());
+  EXPECT_EQ(warnings(turned({about(z, 170), about(x, -170), about(x, 170)})).size(), 1u);
+  const auto named = warnings(
+      "\"spin\"", R"(, "motions": {"spin": )" + turned({about(z, 360)}) +
+                      R"(}, "handles": [{"geometry": "a", "select": "x0", "motion": "spin"}])");
+  ASSERT_EQ(named.size(), 1u) << "one motion, used twice";
+  EXPECT_SAYS(named[0], "motions.spin[1].rotation");
 }
 
 TEST_F(SceneFile, ARestGapAboveAnEdgeIsExplained) {

@@ -16,14 +16,14 @@ struct SurfaceUnion::Meeting {
   Vec3 q, towards;
   double slope = 0.0;  // above which a face rises
 
+  bool is_open = false;  // along edges with one triangle
+
   /// Whether ContactFilter has judged the triangle: it goes round a vertex, but along an open edge
   /// it does not see what lies against it.
-  bool is_of(const Triangle& t, std::span<const char> is_open) const {
+  bool is_of(const Triangle& t) const {
     const auto border = std::span(vertex).first(size);
     const auto has = [&](std::int32_t v) { return v == t[0] || v == t[1] || v == t[2]; };
-    return std::ranges::all_of(border, [&](std::int32_t v) { return is_open[v] != 0; })
-               ? std::ranges::all_of(border, has)
-               : std::ranges::any_of(border, has);
+    return is_open ? std::ranges::all_of(border, has) : std::ranges::any_of(border, has);
   }
   bool is_below(const Vec3& from, const Vec3& to) const {
     const Vec3 u = to - from;
@@ -71,8 +71,7 @@ SurfaceUnion::Verdict SurfaceUnion::judge(const Meeting& m, std::span<const Vec3
   const double distance = m.towards.norm();
   tree_.for_each_near(m.q, reach.tolerance, [&](std::int32_t k) {
     const Triangle& t = tree_.triangles()[k];
-    if (verdict.is_wall || m.is_of(t, is_open_) || std::none_of(t.begin(), t.end(), on_border))
-      return;
+    if (verdict.is_wall || m.is_of(t) || std::none_of(t.begin(), t.end(), on_border)) return;
     if (!reach.collides.empty() && reach.collides[reach.surface[t[0]]] == 0) return;
     const ClosestPoints here = point_triangle_closest(m.q, x[t[0]], x[t[1]], x[t[2]]);
     if (here.distance > reach.tolerance) return;
@@ -119,6 +118,10 @@ bool SurfaceUnion::is_true_contact(ContactPoint& c, std::span<const Vec3> x,
   m.q = Vec3::Zero();
   for (int k = first; k < 4; ++k) m.q -= c.weight[k] * x[c.vertex[k]];
   m.slope = c.kind == ContactKind::edge_edge ? kEdgeSlope : kPointSlope;
+  // The hems of cloth meet their own faces in folds.
+  m.is_open =
+      reach.border.empty() && std::ranges::all_of(std::span(m.vertex).first(m.size),
+                                                  [&](std::int32_t v) { return is_open_[v] != 0; });
   const Verdict verdict = judge(m, x, reach);
   if (verdict.turned_by >= 0 && !verdict.is_wall)
     turn(c, normal_at(tree_.triangles()[verdict.turned_by], x), x);

@@ -587,7 +587,8 @@ class Repair {
       }
       found.push_back(place);
     }
-    std::ranges::stable_sort(found, std::ranges::greater{}, size);
+    std::stable_sort(found.begin(), found.end(),
+                     [&](const RepairPlace& a, const RepairPlace& b) { return a.*size > b.*size; });
     if (found.size() > kMostPlaces) found.resize(kMostPlaces);
     return found;
   }
